@@ -19,7 +19,7 @@ from app.search.index import SearchIndex
 from app.storage.disk_space import shortage
 from app.storage.servers import assign_local_files
 from app.streaming import EventStream
-from tsr_engine.ticking import ticking
+from tsr_engine.periodic import call_periodically
 
 __all__ = ["Running", "start", "stop"]
 
@@ -69,12 +69,12 @@ def start(context: Context) -> Running:
     warmer = threading.Thread(target=context.evidence.warm, name="tsr-warm", daemon=True)
     warmer.start()
     stream.start()
-    periodic_tasks.enter_context(ticking("tsr-follows", LEASE_S / 4, context.follows.sweep))
+    periodic_tasks.enter_context(call_periodically("tsr-follows", LEASE_S / 4, context.follows.sweep))
     if file_sync is not None:
-        periodic_tasks.enter_context(ticking("tsr-sending", _SYNC_INTERVAL_S, file_sync.tick))
-    periodic_tasks.enter_context(ticking("tsr-search", _SEARCH_INTERVAL_S, context.search.tick))
+        periodic_tasks.enter_context(call_periodically("tsr-sending", _SYNC_INTERVAL_S, file_sync.tick))
+    periodic_tasks.enter_context(call_periodically("tsr-search", _SEARCH_INTERVAL_S, context.search.tick))
     _analyze(context)
-    periodic_tasks.enter_context(ticking("tsr-analyze", _ANALYZE_INTERVAL_S, partial(_analyze, context)))
+    periodic_tasks.enter_context(call_periodically("tsr-analyze", _ANALYZE_INTERVAL_S, partial(_analyze, context)))
     return Running(supervisor, stream, warmer, context.search, file_sync, periodic_tasks)
 
 

@@ -20,7 +20,7 @@ from app.evidence.uncertainty import Disagreement
 from benchmarks.corrected_clips import dimmed
 from benchmarks.peers.cache import ENGINE, code, file_digest
 from tsr_engine.errors import TsrError
-from tsr_engine.evaluation.tracking_rows import thinned
+from tsr_engine.evaluation.track_tables import every_nth_frame
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.video import open_video
@@ -28,7 +28,7 @@ from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["ALIKE", "CAMERAS", "RUNS", "Filmed", "JudgedRun", "filmed", "judge", "judged_runs"]
@@ -130,7 +130,7 @@ CAMERAS: Mapping[str, Camera] = {
     "as filmed": Camera(),
     "dim": Camera(dimmed),
     "coarse": Camera(_coarse, lambda truth: replace(truth, boxes=truth.boxes / 2)),
-    "slow": Camera(_slow, lambda truth: thinned(truth, SLOW)),
+    "slow": Camera(_slow, lambda truth: every_nth_frame(truth, SLOW)),
 }
 """Worse cameras, for mistakes that hardly occur with good ones: a fifth of the light; half the size and strong
 compression; every third frame."""

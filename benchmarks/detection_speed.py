@@ -53,7 +53,7 @@ class _Scan:
         """Scan them."""
         detector = self._detector
         for level in self._levels:
-            scan_level(level.cells, detector.model.cascade, detector.params.dense_trees, detector.prepared(level))
+            scan_level(level.cells, detector.model.cascade, detector.params.dense_trees, detector.nodes_for(level))
 
 
 def _levels(detector: AcfDetector, picture: Picture, scratch: Scratch | None = None) -> Iterator[Level]:

@@ -29,7 +29,13 @@ from tsr_engine.io.gtsrb import read_items
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.training.detector import DetectorPlan, fit_detector
-from tsr_engine.training.offline import AS_ANNOTATED, calibrate_model, detect_scenes, detection_figures, split_scenes
+from tsr_engine.training.detector_components import (
+    AS_ANNOTATED,
+    calibrate_model,
+    detect_scenes,
+    detection_figures,
+    split_scenes,
+)
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

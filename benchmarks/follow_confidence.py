@@ -20,12 +20,12 @@ from benchmarks.experiments.follow import TUNED_ON
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
 from tsr_engine.follow import FollowerModels
-from tsr_engine.follow.camera import Camera
+from tsr_engine.follow.camera_motion import CameraMotionEstimator
 from tsr_engine.follow.confidence import WEIGHTS, Evidence
-from tsr_engine.follow.one_way import OneWay, visible_share
-from tsr_engine.follow.outwards import HIDDEN_LIMIT, LEAST_SEEN
+from tsr_engine.follow.outward_pass import MAX_HIDDEN_FRAMES, MIN_VISIBLE_SHARE
+from tsr_engine.follow.sign_follower import SignFollower, visible_share
 from tsr_engine.follow.template import Template
-from tsr_engine.following import load_follower
+from tsr_engine.follow_video import load_follower
 from tsr_engine.geometry.boxes import clip, iou_each
 from tsr_engine.io.video import open_video
 from tsr_engine.pipeline import one_blas_thread
@@ -70,13 +70,13 @@ def _one_way(pictures: Sequence[Picture], sign: Sign, start: int, step: int, par
     height, width = pictures[0].shape[:2]
     box = sign.life[start]
     look = Template.cut(pictures[start], box, 0.0, True)
-    way = OneWay(pictures[start], box, [look], "forward" if step > 0 else "backward", parts)
-    camera = Camera(pictures[start])
+    way = SignFollower(pictures[start], box, [look], "forward" if step > 0 else "backward", parts)
+    camera = CameraMotionEstimator(pictures[start])
     k = start + step
-    while 0 <= k < len(pictures) and way.hidden <= HIDDEN_LIMIT:
+    while 0 <= k < len(pictures) and way.hidden <= MAX_HIDDEN_FRAMES:
         turn = camera.step(pictures[k])
         found = way.step(pictures[k], turn.shift, turn.repeated)
-        if visible_share(found.box, width, height) < LEAST_SEEN:
+        if visible_share(found.box, width, height) < MIN_VISIBLE_SHARE:
             return
         if found.evidence is not None and not turn.repeated:
             true = sign.rows.get(k)

@@ -13,15 +13,15 @@ from benchmarks.peers.cache import code
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.io.models import load_component, save_component
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
+from tsr_engine.training.classifier_augmentation import load_crop, plain_view
 from tsr_engine.training.classifier_figures import fit_temperature
-from tsr_engine.training.classifier_jitter import load_crop, plain_view
 from tsr_engine.training.network_classifier import classifier_of, component_of
 
 __all__ = ["trained_on"]
 
 _MADE_BY = (
     "recognition/network.py", "training/network.py", "training/network_classifier.py", "training/network_crops.py",
-    "training/network_views.py",
+    "training/network_augmentation.py",
 )  # fmt: skip
 """Code that a network depends on; a change makes stored networks invalid."""
 

@@ -42,7 +42,7 @@ from tsr_engine.pipeline import load_components
 from tsr_engine.recording import RecordingRequest, write_recording
 from tsr_engine.recording.transcode import size_limit
 from tsr_engine.records import Picture
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 FRAMES, WIDTH, HEIGHT = 300, 1280, 720
 KINDS = ("copied", "encoded")

@@ -15,11 +15,11 @@ import re
 import tempfile
 from pathlib import Path
 
+from tsr_engine.evaluation.track_tables import read_mot_truth, read_results
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import read_mot_truth, read_results
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 COLUMNS = ("signs", "found", "false", "ids", "coverage", "Eq. 7", "followed", "right")
 

@@ -25,7 +25,7 @@ __all__ = ["ForkedProgram", "run_forked"]
 
 _FORK_SERVER = multiprocessing.get_context("forkserver")
 # There is one such process, and the first use starts it, so it loads what any test needs.
-_FORK_SERVER.set_forkserver_preload([__name__, "tests.preload", "app.worker", "tsr_engine.runs.live"])
+_FORK_SERVER.set_forkserver_preload([__name__, "tests.preload", "app.worker", "tsr_engine.runs.track_video"])
 
 
 class ForkedProgram:

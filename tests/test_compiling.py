@@ -16,10 +16,10 @@ import pytest
 from numba.core.event import Listener, install_listener
 
 from tests.waiting import wait_until
-from tsr_engine import compiling
+from tsr_engine import compilation
 from tsr_engine.cli import progress
 from tsr_engine.cli.progress import progress_bar
-from tsr_engine.compiling import COMPILING, watching_compilation
+from tsr_engine.compilation import COMPILING, watch_compilation
 
 
 class During(Listener):  # type: ignore[misc] # numba has no types
@@ -42,9 +42,9 @@ def new_kernel() -> Any:
 
 def test_a_compilation_is_seen_while_it_lasts_and_a_moment_longer(monkeypatch: pytest.MonkeyPatch) -> None:
     kernel, seen = new_kernel(), []
-    monkeypatch.setattr(compiling, "NEXT", 0.0)
+    monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 0.0)
     with (
-        watching_compilation() as note_now,
+        watch_compilation() as note_now,
         install_listener("numba:compile", During(lambda: seen.append(note_now()))),
     ):
         assert not note_now()
@@ -52,7 +52,7 @@ def test_a_compilation_is_seen_while_it_lasts_and_a_moment_longer(monkeypatch: p
         assert (seen, note_now()) == ([COMPILING], "")
         kernel(2)
         assert seen == [COMPILING], "it is compiled by now"
-        monkeypatch.setattr(compiling, "NEXT", 60.0)
+        monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 60.0)
         kernel(1.5)
         assert note_now(), "the next kernel may follow"
     new_kernel()(1)
@@ -60,10 +60,10 @@ def test_a_compilation_is_seen_while_it_lasts_and_a_moment_longer(monkeypatch: p
 
 
 def test_a_kernel_that_is_called_by_another_does_not_end_the_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiling, "NEXT", 0.0)
+    monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 0.0)
     inner = new_kernel()
     outer, seen = numba.njit(lambda x: inner(x) + 1), []
-    with watching_compilation() as note_now:
+    with watch_compilation() as note_now:
 
         class After(During):
             def on_end(self, _event: Any) -> None:
@@ -77,7 +77,7 @@ def test_a_kernel_that_is_called_by_another_does_not_end_the_compilation(monkeyp
 def test_a_kernel_in_the_cache_is_not_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = tmp_path / "cached_kernel.py"
     source.write_text("import numba\n\n\n@numba.njit(cache=True)\ndef kernel(x):\n    return x + 1\n")
-    monkeypatch.setattr(compiling, "NEXT", 60.0)
+    monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 60.0)
 
     def note() -> str:
         spec = importlib.util.spec_from_file_location("cached_kernel", source)
@@ -86,7 +86,7 @@ def test_a_kernel_in_the_cache_is_not_compiled(tmp_path: Path, monkeypatch: pyte
         module = importlib.util.module_from_spec(spec)
         monkeypatch.setitem(sys.modules, "cached_kernel", module)
         spec.loader.exec_module(module)
-        with watching_compilation() as note_now:
+        with watch_compilation() as note_now:
             assert module.kernel(1) == 2
             return note_now()
 
@@ -94,9 +94,9 @@ def test_a_kernel_in_the_cache_is_not_compiled(tmp_path: Path, monkeypatch: pyte
 
 
 def test_a_forked_process_that_compiles_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiling, "NEXT", 60.0)
+    monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 60.0)
     kernel = new_kernel()
-    with watching_compilation() as note_now:
+    with watch_compilation() as note_now:
         child = os.fork()
         if child == 0:
             try:
@@ -109,10 +109,10 @@ def test_a_forked_process_that_compiles_is_seen(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_process_that_dies_while_it_compiles_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiling, "LONGEST", 0.0)
+    monkeypatch.setattr(compilation, "MAX_COMPILATION_S", 0.0)
     seen: list[str] = []
     with (
-        watching_compilation() as note_now,
+        watch_compilation() as note_now,
         install_listener("numba:compile", During(lambda: seen.append(note_now()))),
     ):
         new_kernel()(1)
@@ -131,7 +131,7 @@ def test_a_progress_bar_says_that_kernels_are_compiled(compiles: bool, monkeypat
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setattr(compiling, "NEXT", 60.0)
+    monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 60.0)
     kernel = new_kernel()
     if not compiles:
         kernel(1)
@@ -153,7 +153,7 @@ def test_without_a_terminal_one_line_says_that_kernels_are_compiled(
     if not compiles:
         kernel(1)
     with progress_bar("tracking", "frames") as show:
-        monkeypatch.setattr(compiling, "NEXT", 0.2)
+        monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 0.2)
         kernel(1)
         if compiles:
             wait_until(lambda: messages)

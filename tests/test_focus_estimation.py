@@ -15,9 +15,9 @@ from tsr_engine.evidence import EvidenceReader
 from tsr_engine.params import Params
 from tsr_engine.runs import calibration
 from tsr_engine.runs.calibration import calibrate, with_focus
-from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.runs.replay import run_params
-from tsr_engine.tracking.focus import Focus, find_focus
+from tsr_engine.runs.track_video import RunRequest, track_video
+from tsr_engine.tracking.focus_of_expansion import Focus, find_focus
 
 DRIVE = Path(__file__).parents[1] / "sample_videos" / "clips" / "low_sun.mp4"
 ASKING = toy_pipeline.PARAMS.with_settings([("coast_foe_y", None)])
@@ -30,20 +30,20 @@ def stands(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_estimate_stops_at_low_uncertainty(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(calibration, "PORTION", 60)
-    monkeypatch.setattr(calibration, "ENOUGH", 0.05)
+    monkeypatch.setattr(calibration, "ESTIMATE_EVERY_FRAMES", 60)
+    monkeypatch.setattr(calibration, "MAX_STANDARD_ERROR", 0.05)
     seen: list[tuple[int, int | None]] = []
     found = calibrate(DRIVE, progress=lambda done, total: seen.append((done, total)))
     assert found is not None
-    assert found.error <= calibration.ENOUGH
+    assert found.error <= calibration.MAX_STANDARD_ERROR
     assert seen[-1] == (60, 300)
     assert found.frames == 59
 
 
 def test_the_estimate_continues_while_uncertain_up_to_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(calibration, "PORTION", 30)
-    monkeypatch.setattr(calibration, "ENOUGH", 0.0)
-    monkeypatch.setattr(calibration, "MOST", 90)
+    monkeypatch.setattr(calibration, "ESTIMATE_EVERY_FRAMES", 30)
+    monkeypatch.setattr(calibration, "MAX_STANDARD_ERROR", 0.0)
+    monkeypatch.setattr(calibration, "MAX_FRAMES", 90)
     found = calibrate(DRIVE)
     assert found is not None
     assert found.frames == 89
@@ -74,13 +74,13 @@ def test_a_standing_car_is_tracked(stands: Path, tmp_path: Path) -> None:
 
 def test_a_run_reports_progress_of_the_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
     """For a standing car, two minutes are read before the first frame is tracked."""
-    monkeypatch.setattr(calibration, "PORTION", 60)
-    monkeypatch.setattr(calibration, "ENOUGH", 0.05)
+    monkeypatch.setattr(calibration, "ESTIMATE_EVERY_FRAMES", 60)
+    monkeypatch.setattr(calibration, "MAX_STANDARD_ERROR", 0.05)
     reported: list[object] = []
     track_video(
         RunRequest(DRIVE, ASKING, stop=2),
         toy_pipeline.components(ASKING),
-        aiming=lambda looked, most: reported.append((looked, most)),
+        focus_progress=lambda looked, most: reported.append((looked, most)),
         progress=lambda at: reported.append(at.done),
     )
     assert reported == [*((looked, 300) for looked in range(1, 61)), 1, 2]
@@ -110,7 +110,7 @@ def test_the_estimate_uses_the_given_horizontal_focus(monkeypatch: pytest.Monkey
         return find_focus(flows, width, height, x)  # type: ignore[arg-type]
 
     monkeypatch.setattr(calibration, "find_focus", watched)
-    monkeypatch.setattr(calibration, "PORTION", 20)
+    monkeypatch.setattr(calibration, "ESTIMATE_EVERY_FRAMES", 20)
     params, found = with_focus(Params().with_settings([("foe_x", 0.52)]), DRIVE)
     assert found is not None
     assert params.tracking.coast_foe_y == round(found.y, 3)

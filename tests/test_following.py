@@ -11,9 +11,9 @@ import pytest
 
 from tests.io import video_corpus
 from tsr_engine.errors import UsageError, VideoError
-from tsr_engine.evaluation.tracking_rows import read_clip_truth
+from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.follow import Anchor, Ending, FollowerModels, Proposal
-from tsr_engine.following import follow_video, load_follower
+from tsr_engine.follow_video import follow_video, load_follower
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.io.video import open_video
 

@@ -10,8 +10,8 @@ import pytest
 from tests import toy_pipeline
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader
-from tsr_engine.pipeline.inspection import inspect_gate, stored_pixels
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.pipeline.gate_inspection import inspect_gate, stored_pixels
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 
 @pytest.fixture(scope="module")

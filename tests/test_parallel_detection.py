@@ -21,11 +21,11 @@ from tests.waiting import wait_until
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.cores import usable_cores
 from tsr_engine.params import Params
-from tsr_engine.pipeline import Detected, detected_ahead, load_components
-from tsr_engine.pipeline.helper import Detect
+from tsr_engine.pipeline import Detected, detect_in_parallel, load_components
+from tsr_engine.pipeline.detection_process import Detect
 from tsr_engine.records import Detections, Picture
-from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.runs.replay import ReplayReport, replay
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 FRAMES = 40
 
@@ -89,7 +89,7 @@ def test_frames_come_in_order_with_their_own_detections(cores: int) -> None:
 
     def looked_at() -> Iterator[tuple[Numbered, float, Detected | None]]:
         nonlocal most
-        for place, row in enumerate(detected_ahead(numbered(FRAMES, taken), trace_process, cores)):
+        for place, row in enumerate(detect_in_parallel(numbered(FRAMES, taken), trace_process, cores)):
             most = max(most, len(taken) - place)
             yield row
 
@@ -106,7 +106,7 @@ def test_unrequested_frames_are_not_detected() -> None:
         assert ordinal >= 5
         return trace_process(ordinal, picture)
 
-    rows = list(detected_ahead(numbered(8, []), detect, 2, lambda frame: frame.ordinal >= 5))
+    rows = list(detect_in_parallel(numbered(8, []), detect, 2, lambda frame: frame.ordinal >= 5))
     assert [row[2] is None for row in rows] == [True] * 5 + [False] * 3
 
 
@@ -124,7 +124,7 @@ def test_a_failure_comes_after_the_frames_before_it(cores: int) -> None:
     for frames, failing, message in ((numbered(FRAMES, []), detect, "seven"), (cut(), trace_process, "the file ends")):
         done = []
         with pytest.raises(ValueError, match=message):
-            done.extend(frame.ordinal for frame, _, _ in detected_ahead(frames, failing, cores))
+            done.extend(frame.ordinal for frame, _, _ in detect_in_parallel(frames, failing, cores))
         assert done == list(range(7))
 
 
@@ -142,7 +142,7 @@ def short_of_memory(ordinal: int, picture: Picture) -> Detections:
 
 @pytest.mark.parametrize("trouble", [kill_once, short_of_memory])
 def test_frames_that_a_process_cannot_detect_are_detected_in_the_parent(trouble: Detect) -> None:
-    processes = detectors(detected_ahead(numbered(FRAMES, []), detect_in_processes(trouble), 3))
+    processes = detectors(detect_in_parallel(numbered(FRAMES, []), detect_in_processes(trouble), 3))
     assert len(set(processes[:10])) > 1
     assert set(processes[10:]) == {os.getpid()}
 
@@ -153,7 +153,7 @@ def test_signals_for_the_whole_group_do_not_end_a_helper() -> None:
         signal.raise_signal(signal.SIGTERM)
         return trace_process(ordinal, picture)
 
-    assert len(set(detectors(detected_ahead(numbered(FRAMES, []), detect_in_processes(detect), 2)))) == 2
+    assert len(set(detectors(detect_in_parallel(numbered(FRAMES, []), detect_in_processes(detect), 2)))) == 2
 
 
 ENDLESS = """
@@ -178,7 +178,7 @@ def test_a_helper_ends_with_its_parent() -> None:
 def test_the_number_of_cores_is_checked() -> None:
     assert usable_cores() >= 1
     with pytest.raises(ValueError, match="at least 1"):
-        next(detected_ahead(numbered(1, []), trace_process, 0))
+        next(detect_in_parallel(numbered(1, []), trace_process, 0))
 
 
 def test_a_run_on_several_cores_stores_the_same(tmp_path: Path) -> None:

@@ -12,8 +12,8 @@ from tests import toy_pipeline
 from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
-from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.runs.outputs import RunOutputs
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 FRAMES = 100
 

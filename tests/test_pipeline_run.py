@@ -18,7 +18,7 @@ from tsr_engine.errors import EvidenceError, StorageError, VideoError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_cursor import Cursor
-from tsr_engine.runs.live import Progress, RunReport, RunRequest, track_video
+from tsr_engine.runs.track_video import Progress, RunReport, RunRequest, track_video
 
 SCRIPT = Path(__file__).with_name("toy_pipeline.py")
 FRAMES = 100

@@ -16,12 +16,12 @@ from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.online.relocalisation import search_extent
 from tsr_engine.params import Params
 from tsr_engine.params.replayable import changed_parameters
-from tsr_engine.pipeline import RECOMPUTED, Components, Models, rescored, start_core
+from tsr_engine.pipeline import RECOMPUTED, Components, Models, rescore, start_core
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence
-from tsr_engine.runs.live import RunRequest, track_video
 from tsr_engine.runs.replay import ReplayReport, check_models, replay, run_params
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.tracking import tracker
 from tsr_engine.tracking.track import Track
 
@@ -154,7 +154,7 @@ def test_another_lambda_rescores_the_detections(run: Path) -> None:
 def test_rescoring_by_hand() -> None:
     boxes = np.arange(12, dtype=np.float64).reshape(3, 4)
     stored = Detections(boxes, np.array([1.0, 2.0, 0.0]), np.array([1.0, 0.0, 0.5]), np.zeros(3))
-    new = rescored(stored, 4.0)
+    new = rescore(stored, 4.0)
     assert new.scores.tolist() == [3.0, 0.0, 0.0]
     assert new.raw_scores.tolist() == [1.0, 2.0, 0.0]
     assert np.array_equal(new.boxes, boxes)

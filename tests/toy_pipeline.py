@@ -21,7 +21,7 @@ from tsr_engine.pipeline import Components, Models
 from tsr_engine.protocols import PixelSource
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import Detections, FloatArray, Picture, Relocalisation, Sample
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 WIDTH, HEIGHT, FPS = 320, 240, 25
 PARAMS = Params().with_settings([("tau", 3.0), ("coast_foe_y", 0.5)])

@@ -79,7 +79,7 @@ class MotionState:
 
 Edges = tuple[bool, bool, bool, bool]
 """Left, top, right, bottom."""
-WHOLE: Edges = (False, False, False, False)
+NO_CUT_EDGES: Edges = (False, False, False, False)
 """No edge of a box was cut off."""
 
 
@@ -95,7 +95,7 @@ class MeasurementQuality:
 
     centre: float = 1.0
     size: float = 1.0
-    cut: Edges = WHOLE
+    cut: Edges = NO_CUT_EDGES
 
     def times(self, factor: float) -> MeasurementQuality:
         """The same cut edges, with standard deviations multiplied by ``factor``."""

@@ -127,21 +127,21 @@ class TrackTable:
     @classmethod
     def of_rows(cls, rows: Iterable[tuple[int, int, FloatArray | tuple[float, ...], int, float, str]]) -> TrackTable:
         """A table of rows ``frame, track, box, class_id, score, source``, in their order."""
-        listed = list(rows)
-        frame, track, boxes, class_id, score, words = zip(*listed, strict=True) if listed else [()] * 6
+        row_list = list(rows)
+        frame, track, boxes, class_id, score, sources = zip(*row_list, strict=True) if row_list else [()] * 6
         return cls(
             np.array(frame, np.int64),
             np.array(track, np.int64),
             np.array(boxes, np.float64).reshape(-1, 4),
             class_id=np.array(class_id, np.int64),
             score=np.array(score, np.float64),
-        ).with_sources(words)
+        ).with_sources(sources)
 
-    def with_sources(self, words: Sequence[str]) -> TrackTable:
+    def with_sources(self, row_sources: Sequence[str]) -> TrackTable:
         """The same rows with new sources, one word for each row."""
-        known = tuple(dict.fromkeys((*SOURCES, *words)))
-        place = {word: number for number, word in enumerate(known)}
-        return replace(self, source=np.array([place[word] for word in words], np.int64), sources=known)
+        names = tuple(dict.fromkeys((*SOURCES, *row_sources)))
+        index = {word: number for number, word in enumerate(names)}
+        return replace(self, source=np.array([index[word] for word in row_sources], np.int64), sources=names)
 
     def source_words(self) -> list[str]:
         """The source of each row as a word; an empty word for ``NO_SOURCE``."""

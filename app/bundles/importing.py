@@ -41,7 +41,7 @@ from tsr_engine.evidence.header import read_header
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.params import PRESETS, Params
-from tsr_engine.params.renamed import present_sections
+from tsr_engine.params.aliases import current_sections
 
 __all__ = ["BundleImport", "BundleImports", "BundleReportView"]
 
@@ -320,7 +320,7 @@ def _configuration(manifest: Manifest) -> tuple[str, JsonObject]:
     params = Params.preset(preset)
     defaults = params.model_dump(mode="json")
     changed: JsonObject = {}
-    stored = present_sections(manifest.run.parameters)
+    stored = current_sections(manifest.run.parameters)
     for section, leaf in Params.names():
         values = stored.get(section)
         if not isinstance(values, dict) or leaf not in values or values[leaf] == defaults[section][leaf]:

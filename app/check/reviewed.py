@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.exchange.dataset import Source
-from tsr_engine.evaluation.tracking_rows import result_table
+from tsr_engine.evaluation.track_tables import result_table
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.exchange.dataset import REJECTED, Track
 from tsr_engine.exchange.frame_rows import table_of

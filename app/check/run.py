@@ -12,8 +12,8 @@ from app.check.reviewed import ReviewedDrive
 from tsr_engine.batch.manifest import Manifest
 from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch
 from tsr_engine.errors import InputError
+from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
-from tsr_engine.evaluation.tracking_rows import read_results
 from tsr_engine.evidence import read_header
 from tsr_engine.io.opened_file import display_path
 from tsr_engine.labels.classes import RunClasses, classes_of_keys

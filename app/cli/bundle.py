@@ -11,8 +11,8 @@ from typing import Annotated
 import typer
 
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
-from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
+from tsr_engine.plural import plural
 
 __all__ = ["bundle"]
 
@@ -101,7 +101,7 @@ def bundle(
         print_json({"out": str(out), "run": source.run_id, "size": report.size, **summary})
     else:
         console = out_console()
-        lead_in = counted(summary["lead_in"], "lead-in frame")
+        lead_in = plural(summary["lead_in"], "lead-in frame")
         console.print(
             f"{out}: frames {summary['first']} to {summary['stop'] - 1} and {lead_in}, {report.size / 2**20:.1f} MiB.",
             soft_wrap=True,

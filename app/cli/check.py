@@ -19,8 +19,8 @@ from tsr_engine.cli.common import (
     print_json,
     say,
 )
-from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from app.check.reviewed import ReviewedDrive
@@ -94,7 +94,7 @@ def check(
     if report.over:
         raise typer.Exit(EXIT_OVER_BUDGET)
     if report.failures:
-        raise InputError(f"{counted(len(report.failures), 'drive')} could not be tracked; the others are compared.")
+        raise InputError(f"{plural(len(report.failures), 'drive')} could not be tracked; the others are compared.")
 
 
 def _reviewed(videos: list[str], home: Path | None) -> list[ReviewedDrive]:
@@ -136,10 +136,10 @@ def _print(report: CheckReport, page: Path, bundles: int) -> None:
         table.add_row(FIGURES[change.name][0], *change.shown())
     console = out_console()
     signs = sum(len(drive.after.signs) for drive in report.drives)
-    console.print(f"{counted(len(report.drives), 'reviewed drive')} with {counted(signs, 'sign')}.", soft_wrap=True)
+    console.print(f"{plural(len(report.drives), 'reviewed drive')} with {plural(signs, 'sign')}.", soft_wrap=True)
     console.print(table)
     for place in report.places[:10]:
         console.print(sentence_of(place, report.drives), soft_wrap=True)
     more = len(report.places) - 10
     rest = f" {more} more places got worse." if more > 0 else ""
-    console.print(f"See {page}; {counted(bundles, 'bug bundle')}.{rest}", soft_wrap=True)
+    console.print(f"See {page}; {plural(bundles, 'bug bundle')}.{rest}", soft_wrap=True)

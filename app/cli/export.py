@@ -12,8 +12,8 @@ import typer
 
 from app.cli.exchange_common import HomeOption, OptionOption, pairs, print_lines
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
-from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
@@ -171,18 +171,18 @@ def export(
         return
     counts = summary["counts"]
     console = out_console()
-    rejected = f", {counted(counts['negatives'], 'rejected track')}" if counts["negatives"] else ""
+    rejected = f", {plural(counts['negatives'], 'rejected track')}" if counts["negatives"] else ""
     fell = ", ".join(f"{side} {tracks}" for side, tracks in summary["split"]["tracks"].items())
     console.print(
-        f"{out}: {counted(counts['tracks'], 'track')}{fell and f' ({fell})'}{rejected}, "
-        f"{counted(counts['boxes'], 'box', 'boxes')}, "
-        f"{counted(counts['pictures'], 'picture')} in {counted(summary['files'] + 1, 'file')} ({summary['title']}).",
+        f"{out}: {plural(counts['tracks'], 'track')}{fell and f' ({fell})'}{rejected}, "
+        f"{plural(counts['boxes'], 'box', 'boxes')}, "
+        f"{plural(counts['pictures'], 'picture')} in {plural(summary['files'] + 1, 'file')} ({summary['title']}).",
         soft_wrap=True,
     )
     if summary["open_left"]:
         stay = "stays" if summary["open_left"] == 1 else "stay"
         console.print(
-            f"{counted(summary['open_left'], 'open track')} {stay} out: nobody has accepted or edited them yet. "
+            f"{plural(summary['open_left'], 'open track')} {stay} out: nobody has accepted or edited them yet. "
             "--states open,edited,accepted,rejected includes them.",
             soft_wrap=True,
         )

@@ -11,8 +11,8 @@ import typer
 
 from app.cli.exchange_common import HomeOption, OptionOption, pairs, print_lines
 from tsr_engine.cli.common import JsonOption, existing, out_console, print_json, say
-from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
+from tsr_engine.plural import plural
 
 __all__ = ["import_file"]
 
@@ -119,8 +119,8 @@ def import_file(
         print_json(result.model_dump(mode="json"))
         return
     console = out_console()
-    same = f"; {counted(result.same, 'track')} {'was' if result.same == 1 else 'were'} unchanged" if result.same else ""
-    brought = f"{counted(result.tracks, 'track')} with {counted(result.boxes, 'box', 'boxes')}"
+    same = f"; {plural(result.same, 'track')} {'was' if result.same == 1 else 'were'} unchanged" if result.same else ""
+    brought = f"{plural(result.tracks, 'track')} with {plural(result.boxes, 'box', 'boxes')}"
     console.print(f"{brought} became {_NOUN[kind]} {result.id}{same}.", soft_wrap=True)
     print_lines([f"Repaired: {sentence}" for sentence in result.repaired])
     print_lines([f"Skipped: {item.what}. {item.reason}" for item in result.skipped])

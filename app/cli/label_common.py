@@ -56,7 +56,7 @@ def change_labels(service: LabelService, key: str | None, author: str, change: d
     from pydantic import TypeAdapter, ValidationError
 
     from app.labels.commands import LabelChange
-    from tsr_engine.labels.wording import first_problem
+    from tsr_engine.labels.name_matching import first_problem
 
     try:
         command: LabelChange = TypeAdapter(LabelChange).validate_python(change)

@@ -14,8 +14,8 @@ import typer
 
 from app.cli.library import HomeOption, opened_library
 from tsr_engine.cli.common import JsonOption, out_console, print_json, say
-from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from app.people.box_agreement import BoxAgreements
@@ -170,7 +170,7 @@ def revoke(
     """
     with _service(home) as (service, _):
         count = service.revoke(name, token)
-    say(f"{counted(count, 'token')} of {name} {'is' if count == 1 else 'are'} revoked, and {name} is signed out.")
+    say(f"{plural(count, 'token')} of {name} {'is' if count == 1 else 'are'} revoked, and {name} is signed out.")
 
 
 @app.command("agreement")
@@ -208,7 +208,7 @@ def agreement(home: HomeOption = None, json: JsonOption = False) -> None:
             share = f"{one.agreed / one.looked:.1%}", f"{one.low:.1%} to {one.high:.1%}"
             table.add_row(*map(Text, (one.name, kind, str(one.looked), str(one.agreed), *share)))
     out_console().print(table)
-    say(f"{counted(report.disputed, 'track')} in dispute, {report.open} to be looked at.")
+    say(f"{plural(report.disputed, 'track')} in dispute, {report.open} to be looked at.")
 
 
 def _print_boxes(boxes: BoxAgreements) -> None:

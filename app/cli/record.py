@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
-from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from app.exchange.dataset import Source
@@ -93,8 +93,8 @@ def record(
         return
     console = out_console()
     console.print(
-        f"{out}: frames {report.first} to {report.stop - 1}, {counted(sum(report.boxes.values()), 'box', 'boxes')} in "
-        f"{counted(len(report.boxes), 'layer')}, {counted(len(report.tracks), 'track')}, {report.size / 1e6:.1f} MB "
+        f"{out}: frames {report.first} to {report.stop - 1}, {plural(sum(report.boxes.values()), 'box', 'boxes')} in "
+        f"{plural(len(report.boxes), 'layer')}, {plural(len(report.tracks), 'track')}, {report.size / 1e6:.1f} MB "
         f"in {report.seconds:.1f} s.",
         soft_wrap=True,
     )

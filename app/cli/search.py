@@ -68,7 +68,7 @@ def search(
     from app.evidence.service import EvidenceService
     from app.search.index import SearchIndex
     from app.search.query import SearchRequest
-    from tsr_engine.labels.wording import first_problem
+    from tsr_engine.labels.name_matching import first_problem
 
     asked: dict[str, object] = {
         "label": label,

@@ -51,7 +51,7 @@ def explain(
     reader: EvidenceReader, track_id: int, frame: int, pixels: Callable[[int], PixelSource]
 ) -> Explanation | None:
     """Compute the verdict on a stored prediction again; None: the gate did not judge it."""
-    from tsr_engine.pipeline.inspection import inspect_gate  # the engine is large: only this function loads it
+    from tsr_engine.pipeline.gate_inspection import inspect_gate  # the engine is large: only this function loads it
     from tsr_engine.runs.replay import run_params
 
     params = run_params(reader)

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from app.evidence.run_columns import FloatColumn, IntColumn
-from tsr_engine.counted import counted
+from tsr_engine.plural import plural
 
 __all__ = ["WEIGHTS", "Disagreement", "Uncertainties", "UncertaintyInput", "terms", "uncertainties"]
 
@@ -139,18 +139,16 @@ def _margin_sentence(inputs: UncertaintyInput, i: int) -> str:
 
 
 def _rejected_sentence(inputs: UncertaintyInput, i: int) -> str:
-    return (
-        f"The gate rejected its prediction in {int(inputs.rejected[i])} of {counted(int(inputs.judged[i]), 'frame')}."
-    )
+    return f"The gate rejected its prediction in {int(inputs.rejected[i])} of {plural(int(inputs.judged[i]), 'frame')}."
 
 
 def _gaps_sentence(inputs: UncertaintyInput, i: int) -> str:
     frames = int(inputs.frames[i])
-    return f"No detection in {frames - int(inputs.detected[i])} of {counted(frames, 'frame')}."
+    return f"No detection in {frames - int(inputs.detected[i])} of {plural(frames, 'frame')}."
 
 
 def _short_sentence(inputs: UncertaintyInput, i: int) -> str:
-    return f"It is short: {counted(int(inputs.frames[i]), 'frame')}."
+    return f"It is short: {plural(int(inputs.frames[i]), 'frame')}."
 
 
 _SENTENCES: Final[Mapping[str, Callable[[UncertaintyInput, int], str]]] = {

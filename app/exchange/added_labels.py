@@ -18,10 +18,10 @@ from app.storage.models import LabelWord
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.exchange.relabel import relabel_track
-from tsr_engine.labels.changes import Changed, listed, next_version
+from tsr_engine.labels.changes import Changed, join_words, next_version
+from tsr_engine.labels.conflicts import ChangeError
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.labels.refusals import ChangeError
 
 __all__ = ["FittedTracks", "LabelSetChanged", "fit_tracks", "remember_names", "remembered_names"]
 
@@ -166,5 +166,5 @@ def _describe(new: Sequence[Label], changed: Sequence[Label], file: str) -> str:
         if len(labels) > _MAX_LISTED_LABELS:
             names.append(f"{len(labels) - _MAX_LISTED_LABELS} more")
         if names:
-            parts.append(f"{verb} {listed(names)}")
+            parts.append(f"{verb} {join_words(names)}")
     return f"{'; '.join(parts)} from {file[:120]}."

@@ -24,7 +24,7 @@ from tsr_engine.exchange.track_numbers import track_numbers
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
-from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence, Recognition, TrackFrame
 
 __all__ = ["write_run"]

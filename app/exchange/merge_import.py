@@ -59,7 +59,9 @@ def match(track: Track, shown: Track, base: TrackDoc, size: tuple[int, int], thi
     """
     edges = np.array([*size, *size], np.float64)
     clipped = np.clip(shown.boxes, 0.0, edges)
-    run = select_frames(replace(shown, boxes=clipped), (clipped[:, 2] > clipped[:, 0]) & (clipped[:, 3] > clipped[:, 1]))
+    run = select_frames(
+        replace(shown, boxes=clipped), (clipped[:, 2] > clipped[:, 0]) & (clipped[:, 3] > clipped[:, 1])
+    )
     same = np.zeros(len(track.frames), np.bool_)
     if run is not None:
         _, in_file, in_run = np.intersect1d(track.frames, run.frames, assume_unique=True, return_indices=True)

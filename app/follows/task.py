@@ -19,7 +19,7 @@ from app.videos.checked_file import library_file
 from app.videos.file_changes import require_unchanged
 from app.videos.packed_table import unpack
 from tsr_engine.follow import Anchor, FollowerModels, Proposal, follow
-from tsr_engine.following import load_follower
+from tsr_engine.follow_video import load_follower
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.pipeline import one_blas_thread
 

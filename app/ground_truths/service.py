@@ -15,7 +15,7 @@ from app.storage.database import Database
 from app.storage.ground_truth_rows import Rows, pack, parse, unpack
 from app.storage.lookup import require_video
 from app.storage.models import GroundTruth
-from tsr_engine.evaluation.tracking_rows import truth_table
+from tsr_engine.evaluation.track_tables import truth_table
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["MOST_FRAMES", "GroundTruthService"]

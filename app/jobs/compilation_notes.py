@@ -14,13 +14,13 @@ from app.jobs.lanes import Lane
 from app.jobs.queue import Fenced, JobQueue
 from app.storage.database import Database
 from app.storage.models import Job
-from tsr_engine.ticking import ticking
+from tsr_engine.periodic import call_periodically
 
 __all__ = ["CHECK_INTERVAL_S", "note_compilation", "note_preparation"]
 
 CHECK_INTERVAL_S: Final = 0.25
 """Seconds between checks."""
-_COMPILING_MODULE: Final = "tsr_engine.compiling"
+_COMPILING_MODULE: Final = "tsr_engine.compilation"
 """Imported by workers that compile: the compiler takes half a second to import, and other workers do without."""
 
 
@@ -69,5 +69,5 @@ def note_preparation(database: Database, jobs: JobQueue, lane: Lane) -> Iterator
                                 jobs.note(session, job, note)
                 noted = waiting if note else set()
 
-        with ticking("compilation", CHECK_INTERVAL_S, update_notes):
+        with call_periodically("compilation", CHECK_INTERVAL_S, update_notes):
             yield

@@ -12,7 +12,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from app.storage.database import Database
 from app.storage.models import Job
-from tsr_engine.ticking import ticking
+from tsr_engine.periodic import call_periodically
 
 __all__ = ["INTERVAL_S", "heartbeat"]
 
@@ -40,5 +40,5 @@ def heartbeat(database: Database, job: Job, interval: float = INTERVAL_S) -> Ite
         with suppress(SQLAlchemyError), database.write() as session:  # the next heartbeat may succeed again
             session.execute(claimed.values(heartbeat=datetime.now(UTC)))
 
-    with ticking("heartbeat", interval, beat):
+    with call_periodically("heartbeat", interval, beat):
         yield

@@ -15,7 +15,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from app.jobs.context import TaskContext
 from app.jobs.outcome import report_failure
-from tsr_engine.ticking import ticking
+from tsr_engine.periodic import call_periodically
 
 __all__ = ["watchdog"]
 
@@ -53,5 +53,5 @@ def watchdog(
                 report_failure(task, message())
             os._exit(1)
 
-    with ticking("watchdog", interval, check):
+    with call_periodically("watchdog", interval, check):
         yield step

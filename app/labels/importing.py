@@ -9,11 +9,11 @@ from app.labels.pictures import is_there
 from app.labels.service import LabelService
 from app.labels.store import newest, start
 from app.labels.views import Brought, KnownLabel, RefusedLabel, label_view
-from tsr_engine.counted import counted
 from tsr_engine.exchange.label_files.label_collector import FileLabels
 from tsr_engine.labels.adopting import Adopted, adopt_labels
 from tsr_engine.labels.changes import Changed
 from tsr_engine.labels.model import LabelSet
+from tsr_engine.plural import plural
 
 __all__ = ["bring_labels"]
 
@@ -60,7 +60,7 @@ def bring_labels(
     refused = [RefusedLabel(name=each.name, reason=each.reason) for each in found.refused]
     if made is not None:
         views = [label_view(made, label) for label in made]
-        sentence = f"Made the set '{made.name}' with {counted(len(made), 'label')}."
+        sentence = f"Made the set '{made.name}' with {plural(len(made), 'label')}."
         return Brought(
             version=1, sentence=sentence, created=True, added=views, known=[], refused=refused, reported=_once(reported)
         )

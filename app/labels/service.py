@@ -49,10 +49,10 @@ from tsr_engine.labels.changes import (
     show_label,
     update_label,
 )
+from tsr_engine.labels.conflicts import ChangeError, NoLabelError, TakenError
 from tsr_engine.labels.files import SHIPPED
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.labels.refusals import ChangeError, NoLabelError, TakenError
-from tsr_engine.labels.undoing import undo_change
+from tsr_engine.labels.undo import undo_change
 
 __all__ = ["LabelService"]
 

@@ -16,7 +16,7 @@ from app.edits.track_name import track_name
 from app.evidence.run_columns import confirmed_boxes, labelled_boxes
 from app.storage.ground_truth_rows import unpack
 from app.storage.models import GroundTruth
-from tsr_engine.evaluation.tracking_rows import truth_table
+from tsr_engine.evaluation.track_tables import truth_table
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses, resolved_labels
 from tsr_engine.labels.model import LabelSet

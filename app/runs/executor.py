@@ -21,7 +21,7 @@ from tsr_engine.batch.cluster import ClusterUnreachable
 from tsr_engine.batch.node_runner import NodeLost, run_on_node
 from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.pipeline import Components
-from tsr_engine.runs.live import Progress, RunReport, RunRequest, track_video
+from tsr_engine.runs.track_video import Progress, RunReport, RunRequest, track_video
 
 __all__ = ["run_engine"]
 

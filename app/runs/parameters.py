@@ -8,7 +8,7 @@ from app.errors import Invalid
 from tsr_engine.errors import UsageError
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
-from tsr_engine.params.renamed import present_names
+from tsr_engine.params.aliases import current_settings
 
 __all__ = ["params_of", "present_parameters"]
 
@@ -20,7 +20,7 @@ def present_parameters(parameters: Mapping[str, object]) -> JsonObject:
         Invalid: a parameter is given by its old and by its present name.
     """
     try:
-        return present_names(parameters)
+        return current_settings(parameters)
     except UsageError as error:
         raise Invalid(str(error), field="parameters") from None
 

@@ -20,7 +20,7 @@ from app.videos.error_text import with_upload_name
 from app.videos.file_changes import require_unchanged
 from app.videos.packed_table import unpack
 from tsr_engine.pipeline import load_components
-from tsr_engine.runs.live import Progress, RunRequest
+from tsr_engine.runs.track_video import Progress, RunRequest
 from tsr_engine.version import __version__
 
 __all__ = ["track"]

@@ -11,7 +11,7 @@ from app.events import EventBus
 from app.storage.models import Run, Video
 from app.videos.view import publish_video
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.params.renamed import present_names, rename_warnings
+from tsr_engine.params.aliases import current_settings, rename_warnings
 
 __all__ = ["RunView", "StartedRun", "publish_run", "run_view", "started_run"]
 
@@ -65,7 +65,7 @@ def run_view(run: Run) -> RunView:
     if run.state == "running" and run.rate and run.frames_total is not None:
         remaining = max(0, run.frames_total - run.frames_done) / run.rate
     note = run.note if run.state in ("queued", "running") else ""
-    return RunView.from_row(run, parameters=present_names(run.parameters), remaining=remaining, note=note)
+    return RunView.from_row(run, parameters=current_settings(run.parameters), remaining=remaining, note=note)
 
 
 def started_run(run: Run, parameters: Mapping[str, object]) -> StartedRun:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.errors import Invalid
-from tsr_engine.evaluation.strict_rows import TRUTH_COLUMNS, BadRow, read_truth_table
+from tsr_engine.evaluation.box_tables import TRUTH_COLUMNS, RowError, read_truth_table
 
 __all__ = ["COLUMNS", "pack", "parse", "unpack"]
 
@@ -35,7 +35,7 @@ def parse(content: bytes, frames: int | None) -> Rows:
     """
     try:
         table = read_truth_table(content, frames, MAX_ROWS)
-    except BadRow as error:
+    except RowError as error:
         raise Invalid(
             f"Line {error.line}: {error.rule}. Nothing was imported.", field=f"line {error.line}", code="bad_truth"
         ) from None

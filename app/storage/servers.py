@@ -24,7 +24,7 @@ from app.errors import Elsewhere
 from app.storage.database import Database
 from app.storage.id_lock import IdLock
 from app.storage.models import ModelVersion, Output, Run, Server, Video
-from tsr_engine.ticking import ticking
+from tsr_engine.periodic import call_periodically
 
 __all__ = [
     "Servers",
@@ -158,7 +158,7 @@ class Servers:
             yield
             return
         self.beat()
-        with ticking("server", self.heartbeat_interval, self._try_beat):
+        with call_periodically("server", self.heartbeat_interval, self._try_beat):
             yield
 
     def beat(self) -> None:

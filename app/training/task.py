@@ -26,7 +26,7 @@ from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.training.exports import OpenedExport, open_export
 from tsr_engine.training.retrain import PARTS, Recipe, retrain
-from tsr_engine.training.whole import train_parts
+from tsr_engine.training.train_parts import train_parts
 
 __all__ = ["retrain_models"]
 

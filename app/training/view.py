@@ -56,7 +56,7 @@ def label_facts(keys: list[str] | None, labels: LabelSet) -> JsonObject:
         labels: the library's set.
     """
     classes = classes_of_keys(keys, labels)
-    return {"labels": len(list(classes.numbers())), "lacks": [label.name for label in classes.lacking()]}
+    return {"labels": len(list(classes.numbers())), "lacks": [label.name for label in classes.labels_without_class()]}
 
 
 def model_view(version: ModelVersion, active: bool, labels: LabelSet) -> ModelView:

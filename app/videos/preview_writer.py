@@ -51,7 +51,9 @@ def _copy(file: Video, preview_path: Path, progress: Callable[[int], None]) -> N
     width = min(MAX_WIDTH, file.width)
     height = max(1, round(file.height * width / file.width))
     preview_path.parent.mkdir(parents=True, exist_ok=True)
-    with VideoWriter(preview_path, width, height, _RATE, crf=_CRF, preset="ultrafast", key_distance=KEY_FRAME_INTERVAL) as copy:
+    with VideoWriter(
+        preview_path, width, height, _RATE, crf=_CRF, preset="ultrafast", key_distance=KEY_FRAME_INTERVAL
+    ) as copy:
         for frame in file.frames(ahead=_PREFETCH_FRAMES, width=width):
             copy.write(frame.picture)
             progress(copy.frames)

@@ -13,10 +13,10 @@ from benchmarks.experiments import paper_figures as paper
 from benchmarks.experiments.against_paper import number, share, shortfalls, sign_notes, tables
 from benchmarks.experiments.online_changes import online_changes
 from benchmarks.experiments.tracked import CONFIGURATIONS, score
+from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.evaluation.tracking import changed_errors, summarise
-from tsr_engine.evaluation.tracking_rows import read_clip_truth
 from tsr_engine.json_shapes import JsonMapping, JsonObject
-from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["CHOSEN_ON", "EXPERIMENT", "clip_groups", "read_clips"]
@@ -131,9 +131,9 @@ def _named(shipped: JsonMapping, groups: list[str]) -> str:
 
 
 def _class(number: int | None) -> str:
-    if number is None or not 0 <= number < len(CATALOGUE):
+    if number is None or not 0 <= number < len(SIGN_CLASSES):
         return "no class"
-    return f"{number} {CATALOGUE[number].name}"
+    return f"{number} {SIGN_CLASSES[number].name}"
 
 
 def _plot(result: Result, path: Path) -> None:

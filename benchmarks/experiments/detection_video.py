@@ -24,13 +24,13 @@ from benchmarks.systems.video import FrameGroundTruth, Seen, counted, followed, 
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections
-from tsr_engine.evaluation.tracking_rows import read_results
+from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_blas_thread, one_opencv_thread
 from tsr_engine.records import Detections
 from tsr_engine.runs.calibration import with_focus
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT", "watch_video", "watched_clip"]

@@ -14,13 +14,13 @@ from benchmarks.corrected_clips import filmed
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.peers.cache import Cache, file_digest
 from benchmarks.weathers import WEATHERS
-from tsr_engine.evaluation.tracking_rows import read_results
+from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
-from tsr_engine.recognition.catalogue import CATALOGUE
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 __all__ = ["EXPERIMENT", "rate"]
 
@@ -102,7 +102,7 @@ def _report(result: Result) -> str:
 
 
 def _track(row: JsonMapping) -> str:
-    name = CATALOGUE[row["class"]].name if 0 <= row["class"] < len(CATALOGUE) else "no class"
+    name = SIGN_CLASSES[row["class"]].name if 0 <= row["class"] < len(SIGN_CLASSES) else "no class"
     return f"{row['drive']}: frames {row['first']} to {row['last']}, up to {row['width']:.0f} px wide, read as {name}."
 
 

@@ -17,12 +17,12 @@ from benchmarks.experiments.looming_clips import EACH, read_looming
 from benchmarks.experiments.tracked import Videos
 from benchmarks.peers.cache import Cache, file_digest
 from sample_videos import SHIPPED
+from tsr_engine.evaluation.track_tables import read_clip_truth, read_results
 from tsr_engine.evaluation.tracking import evaluate_video
-from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT", "compared", "first_matches", "first_widths"]

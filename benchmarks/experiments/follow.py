@@ -22,7 +22,7 @@ from benchmarks.peers.cache import Cache, code, digest_of, file_digest
 from benchmarks.peers.gap import Follower
 from benchmarks.peers.multi import Missing
 from tsr_engine.follow import FollowerModels
-from tsr_engine.following import load_follower
+from tsr_engine.follow_video import load_follower
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.pipeline import one_blas_thread, one_opencv_thread
@@ -97,7 +97,7 @@ def _run(data: Data) -> Result:
     kept = Cache(data.scratch / "following")
     root = Path(__file__).parents[1]
     own = digest_of(root, [root / "following" / f"{name}.py" for name in ("signs", "ways", "figures")])
-    engine = code(("follow", "following.py"))
+    engine = code(("follow", "follow_video.py"))
     long = digest_of(root, [root / "following" / "long_video.py"])
     rows: dict[str, dict[str, dict[str, list[dict[str, float]]]]] = {}
     needed: dict[str, list[dict[str, float]]] = {}

@@ -16,7 +16,7 @@ from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.figures import figures_of, mean_of, overlaps
 from benchmarks.following.signs import POSITIONS, Sign, signs_of
 from benchmarks.following.ways import KltBox, by_peer, by_us
-from tsr_engine.following import load_follower
+from tsr_engine.follow_video import load_follower
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.pipeline import one_blas_thread, one_opencv_thread

@@ -14,7 +14,7 @@ from benchmarks.review.desk import Desk, open_desk
 from benchmarks.review.followed import bring_back, draw_missed, press
 from benchmarks.review.planted import Case
 from sample_videos import SHIPPED
-from tsr_engine.evaluation.tracking_rows import read_clip_truth
+from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]

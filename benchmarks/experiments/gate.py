@@ -10,7 +10,7 @@ from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.experiments.clips import clip_groups
 from tsr_engine.evaluation.gate import Trial, collection_curve, gate_trials
-from tsr_engine.evaluation.tracking_rows import read_clip_truth
+from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
 from tsr_engine.records import FloatArray

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.experiment import Skip
-from tsr_engine.evaluation.tracking_rows import read_mot_truth
+from tsr_engine.evaluation.track_tables import read_mot_truth
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["EACH", "EACH_OF_A_ROW", "EACH_TUNED", "LoomingClips", "read_looming"]

@@ -17,7 +17,7 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
 from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["EXPERIMENT", "Seen", "misses", "reason"]
@@ -163,7 +163,7 @@ def _report(result: Result) -> str:
     bins.append(["missed", *(str(b["missed"]) for b in f["by_width"])])
     rows = [["", "scene", "sign", "width, px", "why"]]
     for number, m in enumerate(f["missed"], 1):
-        name = CATALOGUE[m["class"]].name if 0 <= m["class"] < len(CATALOGUE) else "no class"
+        name = SIGN_CLASSES[m["class"]].name if 0 <= m["class"] < len(SIGN_CLASSES) else "no class"
         rows.append([str(number), m["picture"], name, f"{m['width']:.0f}", reason(m, m["contrast"])])
     return "\n".join((
         f"At {RATE} false detections a picture (score {f['threshold']:.2f}) {len(f['missed'])} of {f['signs']} signs "

@@ -21,12 +21,12 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params, Reader
-from tsr_engine.pipeline import READING, load_components, load_reader, one_blas_thread, one_opencv_thread
+from tsr_engine.pipeline import READER_COMPONENTS, load_components, load_reader, one_blas_thread, one_opencv_thread
 from tsr_engine.protocols import CropClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.recognition.fusion import Fusion
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.offline import split_scenes
+from tsr_engine.training.detector_components import split_scenes
 
 __all__ = ["EXPERIMENT", "Crop", "engine_times", "figures_of"]
 
@@ -110,7 +110,7 @@ def _run(data: Data) -> Result:
         "GTSDB: the scenes that training reports on. Classifier and network were trained on GTSRB, whose tracks come "
         "from the recordings of GTSDB. The reader `both` weights them equally; nothing was chosen on these data.",
         figures={"sets": figures, "crop_ms": times, "engine_ms": engine, "signs_in_view": in_view},
-        settings={name: load_component(name).sha256[:12] for name in READING},
+        settings={name: load_component(name).sha256[:12] for name in READER_COMPONENTS},
     )
 
 

@@ -18,14 +18,14 @@ from benchmarks.experiments.remembered import Memory
 from benchmarks.experiments.tracked import Videos
 from benchmarks.timing.looped import RATE, SIZE, base_clip
 from sample_videos import SHIPPED
+from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import read_results
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, VideoDetector, load_components, one_opencv_thread
-from tsr_engine.runs.live import Progress, RunRequest, track_video
+from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT", "delays", "first_frames", "steady_seconds"]
@@ -103,7 +103,7 @@ def _time(video: Path, params: Params) -> JsonObject:
     params = params.with_settings([("second_core", False), ("coast_foe_y", 0.5)])
     components = load_components(params)
     whole = list(_whole(video, params, components))
-    detector, detection = VideoDetector(components.detector, alone=True), []
+    detector, detection = VideoDetector(components.detector, single_core=True), []
     with open_video(video) as opened:
         for frame in opened.frames(0, None):
             began = time.thread_time()

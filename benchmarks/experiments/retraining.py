@@ -13,19 +13,19 @@ from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.prior import SpatialPrior
+from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import read_results
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.io.models import SHIPPED, load_component
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 from tsr_engine.training.corrections import Sampling, corrected_scenes
 from tsr_engine.training.exports import OpenedExport
-from tsr_engine.training.heldout import detection_of
+from tsr_engine.training.holdout import evaluate_detection
 from tsr_engine.training.retrain import Recipe, retrain
 
 __all__ = ["EXPERIMENT"]
@@ -97,7 +97,7 @@ def _judged(held: Pairs, models: Path, work: Path) -> JsonObject:
     dataset = Dataset(shipped_set(DEFAULT), tuple(corrected(*pair) for pair in held.values()))
     scenes = corrected_scenes(dataset, work / "held", Sampling(signs=60, background=60))
     detector, prior = load_component("detector", models), load_component("prior", models)
-    found = detection_of(
+    found = evaluate_detection(
         AcfModel.from_arrays(detector.arrays, detector.params),
         SpatialPrior(prior.arrays["table"].astype(np.float32), float(prior.params["lambda"])),
         scenes,

@@ -10,15 +10,15 @@ import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.other_shapes import CLASSES, OTHERS, read_boxes
-from tsr_engine.counted import counted
 from tsr_engine.io.models import load_component
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.labels.classes import default_keys
+from tsr_engine.plural import plural
 from tsr_engine.recognition.classifier import COMPONENT, SignClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.classifier_jitter import LoadedCrop, surrounded_crop
+from tsr_engine.training.classifier_augmentation import LoadedCrop, surrounded_crop
 from tsr_engine.training.memory import COMPONENT as MEMORY
 from tsr_engine.training.refine_classifier import ClassifierRefinement, SignCrop, refine_classifier, with_labels
 
@@ -123,7 +123,7 @@ def _text(f: JsonMapping | Mapping[str, int]) -> str:
     ]
     return (
         f"{table(rows)}\nEach scene is left out once; the signs of all others are taught as in a retraining, one frame "
-        f"each. Labels that no other scene shows cannot be taught: {counted(f['only_once'], 'sign')}."
+        f"each. Labels that no other scene shows cannot be taught: {plural(f['only_once'], 'sign')}."
     )
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from benchmarks.experiments.remembered import Memory
 from benchmarks.peers.seen import Annotated, Seen, SeenFrame, look, pictures
 from tsr_engine.detection.refine.box_inset import BoxInset
+from tsr_engine.evaluation.track_tables import result_table
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
-from tsr_engine.evaluation.tracking_rows import result_table
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.params import Params

@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.memory import memory
 from tsr_engine.follow import Anchor, FollowerModels, Proposal
-from tsr_engine.following import follow_video
+from tsr_engine.follow_video import follow_video
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 

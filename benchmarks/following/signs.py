@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tsr_engine.follow import NARROWEST
+from tsr_engine.follow import MIN_WIDTH_PX
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.track_table import TrackTable
@@ -66,7 +66,7 @@ def signs_of(truth: TrackTable, width: int, height: int) -> list[Sign]:
         boxes = clip(truth.boxes[place], width, height)
         rows = {int(k): box for k, box in zip(truth.frame[place], boxes, strict=True)}
         seen = {int(k): float(v) for k, v in zip(truth.frame[place], truth.visibility[place], strict=True)}
-        life = {k: b for k, b in sorted(rows.items()) if seen[k] >= _VISIBLE and b[2] - b[0] >= NARROWEST}
+        life = {k: b for k, b in sorted(rows.items()) if seen[k] >= _VISIBLE and b[2] - b[0] >= MIN_WIDTH_PX}
         clear = [k for k in life if seen[k] >= _CLEAR]
         widest = max((b[2] - b[0] for b in life.values()), default=0.0)
         if len(life) >= _SHORTEST and widest >= _LARGEST and clear:

@@ -12,9 +12,9 @@ import numpy as np
 from benchmarks.peers.gap import Follower
 from benchmarks.peers.generic import OpenCvTracker, maker
 from benchmarks.peers.multi import Missing
-from tsr_engine.follow import NARROWEST, Anchor, Ending, FollowerModels, follow
-from tsr_engine.follow.one_way import visible_share
-from tsr_engine.follow.outwards import HIDDEN_LIMIT
+from tsr_engine.follow import MIN_WIDTH_PX, Anchor, Ending, FollowerModels, follow
+from tsr_engine.follow.outward_pass import MAX_HIDDEN_FRAMES
+from tsr_engine.follow.sign_follower import visible_share
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray, Picture
@@ -83,14 +83,14 @@ def by_peer(pictures: Sequence[Picture], frame: int, box: FloatArray, make: Call
         tracker.start(pictures[frame], box)
         lost = 0
         k = frame + sign
-        while 0 <= k < len(pictures) and lost <= HIDDEN_LIMIT:
+        while 0 <= k < len(pictures) and lost <= MAX_HIDDEN_FRAMES:
             found = tracker.step(pictures[k])
             steps += 1
             if found is None or not np.isfinite(found).all():
                 lost += 1
             else:
                 lost = 0
-                if visible_share(found, width, height) < _LEAST_SEEN or found[2] - found[0] < NARROWEST:
+                if visible_share(found, width, height) < _LEAST_SEEN or found[2] - found[0] < MIN_WIDTH_PX:
                     break
                 boxes[k] = clip(found, width, height)
             k += sign

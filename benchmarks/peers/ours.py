@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.peers.cache import Cache
 from benchmarks.peers.seen import Seen, SeenFrame, pictures
-from tsr_engine.evaluation.tracking_rows import result_table
+from tsr_engine.evaluation.track_tables import result_table
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params

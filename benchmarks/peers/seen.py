@@ -12,20 +12,21 @@ import numpy as np
 
 from benchmarks.peers.cache import code, file_digest
 from tsr_engine.errors import TsrError
-from tsr_engine.evaluation.tracking_rows import thinned
+from tsr_engine.evaluation.track_tables import every_nth_frame
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import Detections, Picture
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["Annotated", "Seen", "SeenFrame", "every", "look", "pictures"]
 
 STEPS = (
-    "channels", "detection", "geometry", "io", "tracking/camera_shift.py", "tracking/focus.py", "runs/calibration.py",
+    "channels", "detection", "geometry", "io", "tracking/camera_shift.py", "tracking/focus_of_expansion.py",
+    "runs/calibration.py",
 )  # fmt: skip
 """Parts of the engine's code that detections depend on."""
 
@@ -137,7 +138,7 @@ def every(seen: Seen, step: int) -> Seen:
             total = (float(shift[0]), float(shift[1]))
             frames.append(SeenFrame(number // step, frame.seconds, frame.detections, total))
             shift = np.zeros(2)
-    video = replace(seen.video, truth=thinned(seen.video.truth, step))
+    video = replace(seen.video, truth=every_nth_frame(seen.video.truth, step))
     return replace(seen, interval=seen.interval * step, frames=tuple(frames), video=video)
 
 

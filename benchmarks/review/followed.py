@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.review.annotator import Annotator, Proposals
 from benchmarks.review.desk import Desk, open_review
 from benchmarks.review.planted import Case
-from tsr_engine.follow import NARROWEST
+from tsr_engine.follow import MIN_WIDTH_PX
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
@@ -150,5 +150,5 @@ def _boxes(taken: Proposals) -> dict[int, FloatArray]:
 
 def _share(case: Case, boxes: Mapping[int, FloatArray]) -> float:
     """Share of the frames with an IoU of at least 0.7, of those in which the sign is wide enough to follow."""
-    life = {k: box for k, box in case.truth.items() if box[2] - box[0] >= NARROWEST}
+    life = {k: box for k, box in case.truth.items() if box[2] - box[0] >= MIN_WIDTH_PX}
     return float(np.mean([k in boxes and iou_each(boxes[k], box)[0] >= 0.7 for k, box in life.items()]))

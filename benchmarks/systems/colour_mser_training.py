@@ -22,7 +22,7 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.calibration import fit_calibration
-from tsr_engine.training.mining import Changed, read_picture, searched_picture
+from tsr_engine.training.mining import PictureChanges, read_picture, searched_picture
 from tsr_engine.training.patches import PATCH
 
 __all__ = ["SvmPlan", "proposal_recall", "train_colour_mser"]
@@ -167,7 +167,7 @@ def _proposed(
     scene: Scene, colours: ColourModel, proposals: ProposalPlan, plan: SvmPlan, rng: np.random.Generator
 ) -> tuple[_Samples, _Samples]:
     """A scene's proposals on signs, and those on no sign."""
-    picture = searched_picture(scene, rng, Changed(plan.relit))
+    picture = searched_picture(scene, rng, PictureChanges(plan.relit))
     found = propose(picture, colours, proposals, DetectorParams(far_top=0.0, far_bottom=1.0))
     overlap = iou(found.boxes, scene.boxes) if len(scene.boxes) else np.zeros((len(found.boxes), 1))
     on = np.flatnonzero(overlap.max(axis=1) >= 0.65)

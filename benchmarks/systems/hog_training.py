@@ -25,7 +25,7 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.calibration import fit_calibration
-from tsr_engine.training.mining import MIN_WIDTH, Changed, away_from_signs, read_picture, searched_picture
+from tsr_engine.training.mining import MIN_WIDTH, PictureChanges, away_from_signs, read_picture, searched_picture
 
 __all__ = ["HogPlan", "train_hog_cascade", "windows_on_signs"]
 
@@ -174,7 +174,7 @@ def _random_background(scenes: Sequence[Scene], per_scene: int, rng: np.random.G
 def _hard_background(scene: Scene, cascade: TreeEnsemble, plan: HogPlan, rng: np.random.Generator) -> NDArray[np.uint8]:
     """The windows without a sign that have the highest scores."""
     params = DetectorParams(far_top=0.0, far_bottom=1.0)
-    found = search(searched_picture(scene, rng, Changed(plan.relit)), cascade, params, keep=True)
+    found = search(searched_picture(scene, rng, PictureChanges(plan.relit)), cascade, params, keep=True)
     clear = away_from_signs(found.boxes, scene.occupied)
     places = found.places[clear]
     places = places[suppress(found.boxes[clear], found.scores[clear], 0.6, plan.per_scene)]

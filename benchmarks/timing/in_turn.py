@@ -13,7 +13,7 @@ from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components
 from tsr_engine.records import Picture
-from tsr_engine.runs.live import Progress, RunRequest, track_video
+from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 
 __all__ = ["Contender", "Turns", "pipeline_beside", "scenes_in_turn", "thread_seconds"]
 

@@ -39,11 +39,11 @@ from tsr_engine.pipeline import (
     TrackingCore,
     load_components,
     one_blas_thread,
-    rebuild,
+    rebuild_core,
     replay_regions,
 )
 from tsr_engine.records import Detections, Picture
-from tsr_engine.runs.live import Progress, RunRequest, track_video
+from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 from tsr_engine.tracking.camera_shift import CameraShift
 
 __all__ = ["NOTES", "SHOWN", "Seen", "look_once", "note_writer", "repeated"]
@@ -141,7 +141,7 @@ def repeated(
         core = TrackingCore(params, components.parts, width, height, interval=1 / RATE)
         if first:
             with EvidenceReader(folder) as reader:
-                core = rebuild(reader, params, components.parts, first - 1)
+                core = rebuild_core(reader, params, components.parts, first - 1)
         rows = ResultStream()
         done = first
         with one_blas_thread():

@@ -32,7 +32,7 @@ from tsr_engine.io.opened_file import stamp_of
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.params import Params
-from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
 
 FRAMES, TRACKS = 132_400, 5_000
 WIDTH, HEIGHT, RATE = 320, 180, 25
@@ -246,7 +246,7 @@ def _track(rows: Rows, rng: np.random.Generator, number: int, start: int, alive:
     total = votes.sum(axis=1)
     covariance = np.ascontiguousarray(np.diag([4.0, 4.0, 2.0, 2.0]), "<f8").tobytes()
     alive[start : start + length] += 1
-    name = CATALOGUE[label].name
+    name = SIGN_CLASSES[label].name
     for i in range(length):
         k, key = start + i, (start + i, number)
         state = "tentative" if i < 2 else "confirmed"

@@ -25,7 +25,7 @@ from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_probe import video_sha256
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 
 @dataclass

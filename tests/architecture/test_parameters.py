@@ -8,7 +8,7 @@ import pytest
 
 from tsr_engine.errors import UsageError
 from tsr_engine.params import PRESETS, Params
-from tsr_engine.params.rows import parameter_rows
+from tsr_engine.params.parameter_table import parameter_rows
 
 NAMES = list(Params.names())
 

@@ -14,7 +14,7 @@ FOLDERS = ("app", "benchmarks", "docs", "sample_videos", "static", "tests", "tsr
 ELSEWHERE = {
     "docs/glossary.md": "has the column",
     "tests/architecture/test_words.py": "has the exceptions",
-    "tsr_engine/params/renamed.py": "has the old names of parameters",
+    "tsr_engine/params/aliases.py": "has the old names of parameters",
     "tests/params/test_renamed_parameters.py": "tries the old names of parameters",
     "app/api/old_addresses.py": "has the old addresses",
     "tests/app/exchange/test_former_addresses.py": "tries the old addresses",

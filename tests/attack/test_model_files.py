@@ -17,7 +17,7 @@ from onnx import TensorProto, helper
 
 from tests.attack.damage import zipped
 from tsr_engine.detection.onnx import OnnxDetector
-from tsr_engine.detection.onnx_parts import refers_to_files
+from tsr_engine.detection.onnx_external_files import refers_to_files
 from tsr_engine.errors import ModelError
 from tsr_engine.io import models
 from tsr_engine.io.models import load_component

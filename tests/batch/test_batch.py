@@ -27,7 +27,7 @@ from tsr_engine.cli.main import run
 from tsr_engine.errors import UsageError
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.version import __version__
 
 pytestmark = pytest.mark.slow

@@ -13,14 +13,14 @@ import numba
 import pytest
 
 from tests.waiting import wait_until
-from tsr_engine import compiling
+from tsr_engine import compilation
 from tsr_engine.batch import executors, process, worker
 from tsr_engine.batch.manifest import Identity
 from tsr_engine.batch.process import run_task
 from tsr_engine.batch.run import BatchRequest, run_batch
 from tsr_engine.batch.task import DriveTask, Outcome
 from tsr_engine.cli.batch import BatchProgressPrinter
-from tsr_engine.compiling import COMPILING
+from tsr_engine.compilation import COMPILING
 from tsr_engine.errors import InputError
 from tsr_engine.params import Params
 
@@ -35,9 +35,9 @@ def test_a_worker_reports_that_it_compiles(tmp_path: Path, monkeypatch: pytest.M
         wait_until(lambda: notes)
         raise InputError("that is enough")
 
-    monkeypatch.setattr(compiling, "NEXT", 60.0)
+    monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 60.0)
     monkeypatch.setattr("tsr_engine.batch.child_process.send_message", notes.append)
-    monkeypatch.setattr("tsr_engine.runs.live.track_video", compile_only)
+    monkeypatch.setattr("tsr_engine.runs.track_video.track_video", compile_only)
     order = DriveTask("/none.mp4", str(tmp_path / "out"), Params().model_dump(mode="json"))
     with pytest.raises(InputError, match="that is enough"):
         worker._track(order)

@@ -13,7 +13,7 @@ import pytest
 from tests.batch.short_drives import write_short_drive
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 SCRIPT = Path(__file__).with_name("ray_batch.py")
 COUNT = 4

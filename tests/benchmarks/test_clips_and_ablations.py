@@ -21,12 +21,12 @@ from benchmarks.experiments.tracked import PAPER_KF, redrawn, track_together
 from benchmarks.experiments.wrong import draw_wrong, largest
 from benchmarks.peers.seen import Annotated, Seen, look
 from tests import toy_pipeline
+from tsr_engine.evaluation.track_tables import read_results, result_table
 from tsr_engine.evaluation.tracking import SignReport, VideoReport, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import read_results, result_table
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.params import PRESETS, Params
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
 

@@ -14,7 +14,7 @@ from tsr_engine.bundle import BundleRequest, bundle_params, make_bundle, open_bu
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 
 @pytest.mark.slow

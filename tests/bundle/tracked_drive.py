@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from tests import toy_pipeline
 from tsr_engine.bundle import BundleReport, BundleRequest, Expectation, make_bundle
-from tsr_engine.runs.live import RunRequest, track_video
+from tsr_engine.runs.track_video import RunRequest, track_video
 
 
 class TrackedDrive(NamedTuple):

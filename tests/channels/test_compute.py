@@ -4,8 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.channels import reference
+from tsr_engine.channels.column_pairs import MARGIN_CELLS, STRIP_CELLS
 from tsr_engine.channels.compute import CHANNELS, compute_channels
-from tsr_engine.channels.pairs import MARGIN, STRIP
 from tsr_engine.channels.quantise import channel_bytes, quantise
 
 
@@ -68,7 +68,9 @@ def test_the_stream_of_bytes_equals_the_two_steps(seed: int, height: int, width:
     assert np.abs(streamed.astype(int) - stepwise).max() <= 1
 
 
-@pytest.mark.parametrize("columns", [STRIP - 1, STRIP, STRIP + 1, 2 * STRIP, 2 * STRIP + MARGIN])
+@pytest.mark.parametrize(
+    "columns", [STRIP_CELLS - 1, STRIP_CELLS, STRIP_CELLS + 1, 2 * STRIP_CELLS, 2 * STRIP_CELLS + MARGIN_CELLS]
+)
 @pytest.mark.parametrize("odd", [0, 1])
 def test_strips_of_columns_join_without_a_seam(columns: int, odd: int) -> None:
     bgr = picture(columns, 21, 2 * columns + odd)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tsr_engine.channels.packing import TOGETHER, pack, unpack
+from tsr_engine.channels.interleaving import MAX_INTERLEAVED, deinterleave, interleave
 from tsr_engine.channels.scratch import Scratch
 
 
@@ -14,11 +14,13 @@ from tsr_engine.channels.scratch import Scratch
 def test_channels_are_packed_and_unpacked(channels: int, height: int, width: int, border: int) -> None:
     size = (channels, height + 2 * border, width + 2 * border)
     cells = np.random.default_rng(channels).integers(0, 256, size, np.uint8)
-    packed = pack(cells, border, Scratch())
-    assert [part.shape[2] for part in packed] == [min(TOGETHER, channels - i) for i in range(0, channels, TOGETHER)]
+    packed = interleave(cells, border, Scratch())
+    assert [part.shape[2] for part in packed] == [
+        min(MAX_INTERLEAVED, channels - i) for i in range(0, channels, MAX_INTERLEAVED)
+    ]
     inner = cells[:, border : height + border, border : width + border]
     np.testing.assert_array_equal(np.concatenate(packed, axis=2), inner.transpose(1, 2, 0))
 
     planes = np.zeros_like(cells)
-    unpack(np.concatenate([part.reshape(-1) for part in packed]), planes, border)
+    deinterleave(np.concatenate([part.reshape(-1) for part in packed]), planes, border)
     np.testing.assert_array_equal(planes, np.pad(inner, ((0, 0), (border, border), (border, border)), mode="edge"))

@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tsr_engine.channels.packing import pack
+from tsr_engine.channels.interleaving import interleave
 from tsr_engine.channels.pyramid import PyramidPlan, build_pyramid, level_scales, resample
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.window import Window
-from tsr_engine.training.lambdas import measure_lambdas
+from tsr_engine.training.power_law import measure_lambdas
 
 
 def natural(seed: int, height: int, width: int) -> np.ndarray:
@@ -65,7 +65,7 @@ def test_approximated_levels_stay_within_the_stated_error() -> None:
                 continue
             rows, columns = min(a.cells.shape[1], b.cells.shape[1]), min(a.cells.shape[2], b.cells.shape[2])
             error = np.abs(
-                a.corrected(a.cells)[:, :rows, :columns].astype(int) - b.cells[:, :rows, :columns].astype(int)
+                a.with_gains(a.cells)[:, :rows, :columns].astype(int) - b.cells[:, :rows, :columns].astype(int)
             )
             colour.append(error[:3].mean())
             gradient.append(error[3:].mean())
@@ -87,7 +87,7 @@ def test_the_power_law_reduces_the_error() -> None:
         for picture in pictures:
             for a, b in zip(build_pyramid(picture, scales, plan), build_pyramid(picture, scales, exact), strict=True):
                 if not a.computed:
-                    bias.append(abs(a.corrected(a.cells)[3].mean() - b.cells[3].mean()))
+                    bias.append(abs(a.with_gains(a.cells)[3].mean() - b.cells[3].mean()))
         errors[name] = np.mean(bias)
     assert errors["with"] < errors["without"]
 
@@ -134,7 +134,7 @@ def test_a_window_maps_to_its_sign() -> None:
 
 def test_resample_keeps_flat_channels_flat() -> None:
     cells = np.repeat(np.arange(10, dtype=np.uint8)[:, None, None] * 20, 30, 1).repeat(40, 2)
-    out = resample(pack(cells), 22, 33)
+    out = resample(interleave(cells), 22, 33)
     assert out.shape == (10, 22, 33)
     assert np.array_equal(out[:, 0, 0], cells[:, 0, 0])
     assert (np.ptp(out, axis=(1, 2)) == 0).all()
@@ -144,7 +144,7 @@ def test_resample_keeps_flat_channels_flat() -> None:
 @pytest.mark.parametrize("size", [(22, 33), (63, 85), (7, 2)])
 def test_packed_channels_are_resampled_as_each_alone(channels: int, size: tuple[int, int]) -> None:
     cells = np.random.default_rng(channels).integers(0, 256, (channels, 50, 68), dtype=np.uint8)
-    out = resample(pack(cells), *size, border=2)
+    out = resample(interleave(cells), *size, border=2)
     alone = [cv2.resize(plane, size[::-1], interpolation=cv2.INTER_LINEAR) for plane in cells]
     np.testing.assert_array_equal(out, [np.pad(plane, 2, mode="edge") for plane in alone])
 

@@ -33,7 +33,7 @@ def test_a_name_may_hold_other_types() -> None:
 
 
 def test_the_number_of_remembered_shapes_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "VIEWS_LIMIT", 10)
+    monkeypatch.setattr(module, "MAX_CACHED_VIEWS", 10)
     scratch = Scratch()
     largest = scratch.array("a", (100,), np.uint8)
     assert scratch.array("a", (100,), np.uint8) is largest

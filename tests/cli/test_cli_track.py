@@ -18,7 +18,7 @@ import pytest
 import tsr_engine.pipeline
 from tests import toy_pipeline
 from tsr_engine.cli.main import run
-from tsr_engine.compiling import COMPILING
+from tsr_engine.compilation import COMPILING
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video

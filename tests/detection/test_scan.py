@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.detection.random_inputs import random_cells, random_ensemble
-from tsr_engine.detection.scan import FEW, prepare, scan_level
+from tsr_engine.detection.scan import MAX_SINGLE_WINDOWS, prepare, scan_level
 from tsr_engine.detection.trees import NEVER
 
 
@@ -54,7 +54,7 @@ def test_few_and_many_windows_equal_the_plain_loop(height: int, width: int) -> N
 
 
 def test_the_sizes_above_lie_on_both_sides_of_the_limit() -> None:
-    assert (13 - 5) ** 2 == FEW < (14 - 5) ** 2
+    assert (13 - 5) ** 2 == MAX_SINGLE_WINDOWS < (14 - 5) ** 2
 
 
 def test_scores_equal_those_of_extracted_windows() -> None:

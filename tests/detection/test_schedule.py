@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from sample_videos import SHIPPED
 from tsr_engine.detection.acf import AcfDetector
-from tsr_engine.detection.schedule import bands_in_turn, rows_of
+from tsr_engine.detection.scan_schedule import bands_of_frame, rows_of
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
@@ -26,7 +26,7 @@ def test_each_cycle_searches_everything_once(turns: int, start: int, smallest: i
     bands = [(40.0, 300.0), (40.0, 300.0), (0.0, 360.0), (0.0, 360.0)]
     seen: list[list[tuple[float, float]]] = [[] for _ in bands]
     for frame in range(start, start + turns):
-        for i, band in enumerate(bands_in_turn(bands, range(smallest), [reach] * 4, frame, turns)):
+        for i, band in enumerate(bands_of_frame(bands, range(smallest), [reach] * 4, frame, turns)):
             if band is not None:
                 seen[i].append(band)
     for i, (parts, (low, high)) in enumerate(zip(seen, bands, strict=True)):
@@ -61,7 +61,7 @@ def clear_detections(found: Detections) -> Detections:
 
 def test_a_cycle_finds_what_one_scan_finds(detector: AcfDetector, picture: Picture) -> None:
     whole = clear_detections(detector.detect(picture))
-    parts = [clear_detections(detector.detect_in_turn(picture, frame)) for frame in range(7, 7 + TURNS)]
+    parts = [clear_detections(detector.detect_part(picture, frame)) for frame in range(7, 7 + TURNS)]
     assert len(whole)
     found = np.concatenate([part.boxes for part in parts])
     assert (iou(whole.boxes, found).max(axis=1) > 0.7).all()
@@ -72,7 +72,7 @@ def test_an_expected_sign_is_found_in_every_band(detector: AcfDetector, picture:
     whole = clear_detections(detector.detect(picture))
     shaken = whole.boxes + 0.1 * np.tile(whole.boxes[:, 2:] - whole.boxes[:, :2], 2)
     for frame in range(TURNS):
-        found = detector.revisit(picture, detector.detect_in_turn(picture, frame), shaken)
+        found = detector.revisit(picture, detector.detect_part(picture, frame), shaken)
         assert (iou(whole.boxes, found.boxes).max(axis=1) > 0.7).all()
         assert len(clear_detections(found)) == len(whole), "each sign once"
         assert (np.diff(found.scores) <= 0).all()
@@ -92,20 +92,20 @@ def test_a_band_without_rows_holds_no_small_sign(band: tuple[float, float], pict
     settings = [("scan_turns", TURNS), ("far_top", band[0]), ("far_bottom", band[1])]
     detector = load_detector(Params().with_settings(settings))
     for frame in range(TURNS - 1):
-        assert len(detector.detect_in_turn(picture, frame)) == 0
+        assert len(detector.detect_part(picture, frame)) == 0
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 3), (20, 20, 3), (30, 400, 3)])
 def test_a_picture_of_few_scales_is_scanned_in_bands(shape: tuple[int, int, int], detector: AcfDetector) -> None:
     for frame in range(TURNS):
-        assert len(detector.detect_in_turn(np.zeros(shape, np.uint8), frame)) == 0
+        assert len(detector.detect_part(np.zeros(shape, np.uint8), frame)) == 0
 
 
 def test_the_first_frame_of_a_video_is_scanned_whole(detector: AcfDetector, picture: Picture) -> None:
     of_video = VideoDetector(detector)
     for frame, wanted in (
         (0, detector.detect(picture)),
-        *((n, detector.detect_in_turn(picture, n)) for n in (1, 2, 3)),
+        *((n, detector.detect_part(picture, n)) for n in (1, 2, 3)),
     ):
         assert np.array_equal(of_video.detect(frame, picture).boxes, wanted.boxes)
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from tsr_engine.errors import InputError
-from tsr_engine.evaluation.strict_rows import (
+from tsr_engine.evaluation.box_tables import (
     RESULT_COLUMNS,
     TRUTH_COLUMNS,
-    BadRow,
+    RowError,
     read_mot_table,
     read_result_table,
     read_truth_table,
 )
-from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_mot_truth, read_results
+from tsr_engine.evaluation.track_tables import read_clip_truth, read_mot_truth, read_results
 
 TRUTH = ",".join(TRUTH_COLUMNS) + "\n"
 RESULT = ",".join(RESULT_COLUMNS) + "\n"
@@ -102,7 +102,7 @@ def test_the_first_bad_line_is_named_for_every_rule() -> None:
         (twice + no_number, 3),
         ("\n" + GOOD.replace("0,1", "5,1") + twice + upside_down, 5),
     ):
-        with pytest.raises(BadRow) as caught:
+        with pytest.raises(RowError) as caught:
             read_truth_table((TRUTH + GOOD + bad).encode())
         assert caught.value.line == line, bad
 
@@ -114,7 +114,7 @@ def test_columns_are_found_by_name() -> None:
     table, source = read_result_table((RESULT + "2,1,1,2,30,40,-1,1.5,relocalised\n").encode())
     assert (table.tolist(), source) == ([[2, 1, 1, 2, 30, 40, -1, 1.5]], ("relocalised",))
     assert read_mot_table(b"1,4,10.5,20,30,40,1,77,0.9,more\n").tolist() == [[1, 4, 10.5, 20, 30, 40, 1, 77, 0.9]]
-    with pytest.raises(BadRow, match="each once"):
+    with pytest.raises(RowError, match="each once"):
         read_truth_table(TRUTH.replace("ignore", "frame").encode())
 
 
@@ -125,8 +125,8 @@ def test_a_table_without_rows_is_refused(read: Callable[[bytes], np.ndarray], he
 
 def test_too_many_rows_are_refused() -> None:
     rows = "".join(f"{k},1,10,20,30,40,14,1,0\n" for k in range(4))
-    assert len(read_truth_table((TRUTH + rows).encode(), most=4)) == 4
-    with pytest.raises(BadRow, match="line 5: a file has at most 3 rows"):
-        read_truth_table((TRUTH + rows).encode(), most=3)
-    with pytest.raises(BadRow, match="frame must be a whole number from 0 to 2, got 3"):
+    assert len(read_truth_table((TRUTH + rows).encode(), max_rows=4)) == 4
+    with pytest.raises(RowError, match="line 5: a file has at most 3 rows"):
+        read_truth_table((TRUTH + rows).encode(), max_rows=3)
+    with pytest.raises(RowError, match="frame must be a whole number from 0 to 2, got 3"):
         read_truth_table((TRUTH + rows).encode(), frames=3)

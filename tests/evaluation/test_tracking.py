@@ -10,8 +10,8 @@ import pytest
 
 from tsr_engine.errors import InputError
 from tsr_engine.evaluation.plots import plot_errors
+from tsr_engine.evaluation.track_tables import read_clip_truth, read_mot_truth, read_results
 from tsr_engine.evaluation.tracking import BINS, evaluate_video, summarise
-from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_mot_truth, read_results
 from tsr_engine.track_table import TrackTable
 
 SIGN = np.array([100.0, 100.0, 140.0, 140.0])

@@ -10,7 +10,7 @@ import pytest
 
 from tests.exchange.image_datasets import assert_refused, read_onto_drive, write_text
 from tests.exchange.small_datasets import make_dataset, make_track, tracks_of
-from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
+from tsr_engine.evaluation.track_tables import read_clip_truth, read_results
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.registry import FORMATS

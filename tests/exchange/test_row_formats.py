@@ -13,7 +13,7 @@ import pytest
 
 from tests.exchange.image_datasets import assert_refused, read_onto_drive, write_text
 from tests.exchange.small_datasets import CLASS_NAMES, GTSRB, make_dataset, make_track, make_video, tracks_of
-from tsr_engine.evaluation.tracking_rows import read_mot_truth
+from tsr_engine.evaluation.track_tables import read_mot_truth
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions

@@ -51,7 +51,7 @@ def test_a_template_is_centred(level: float, shape: tuple[float, float]) -> None
     x2, y2 = x1 + shape[0], y1 + shape[1]
     picture[int(y1) : int(y2), int(x1) : int(x2)] = 200
     box = np.array([x1, y1, x2, y2])
-    pixels, weights = Template.cut(picture, box, 0.0, True).at(level)
+    pixels, weights = Template.cut(picture, box, 0.0, True).at_level(level)
     h, w = weights.shape
     assert (h - w) % 2 == 0
     mass = pixels[..., 0] / pixels[..., 0].sum()
@@ -63,7 +63,7 @@ def test_a_template_is_centred(level: float, shape: tuple[float, float]) -> None
 
 def test_pixels_beyond_the_picture_have_no_weight() -> None:
     picture = np.full((100, 100, 3), 90, np.uint8)
-    _, weights = Template.cut(picture, np.array([-10.0, 40.0, 10.0, 60.0]), 0.0, True).at(16.0)
+    _, weights = Template.cut(picture, np.array([-10.0, 40.0, 10.0, 60.0]), 0.0, True).at_level(16.0)
     half = weights.shape[1] // 2
     assert weights[:, : half - 1].max() == 0.0
     assert weights[:, half + 1 :].max() == 1.0

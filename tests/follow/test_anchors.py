@@ -9,7 +9,7 @@ from tests.follow.synthetic_drives import HEIGHT, WIDTH, make_drive
 from tests.follow.test_follow import PARTS
 from tsr_engine.errors import UsageError
 from tsr_engine.follow import Anchor, follow
-from tsr_engine.follow.placing import opened, place, templates_of
+from tsr_engine.follow.anchors import extend_to_square, place_anchors, templates_of
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.records import FloatArray
 
@@ -81,7 +81,7 @@ def test_an_anchor_outside_the_allowed_range(frame: int) -> None:
     ],
 )
 def test_a_box_cut_by_the_edge_is_extended(box: list[float], whole: list[float]) -> None:
-    assert opened(np.array(box), WIDTH, HEIGHT).tolist() == whole
+    assert extend_to_square(np.array(box), WIDTH, HEIGHT).tolist() == whole
 
 
 def test_only_known_signs_are_extended_beyond_the_edge() -> None:
@@ -91,11 +91,11 @@ def test_only_known_signs_are_extended_beyond_the_edge() -> None:
     cut = [Anchor(2, np.array([0.0, 50.0, 28.0, 90.0]))]
     said = [Anchor(2, np.array([-10.0, 50.0, 28.0, 90.0]))]
     inside = [Anchor(2, np.array([20.0, 50.0, 48.0, 90.0]))]
-    assert place(MADE.source(), cut, look)[0].box.tolist() == [-12.0, 50.0, 28.0, 90.0]
-    assert place(MADE.source(), cut, None)[0].box.tolist() == [-4.0, 50.0, 28.0, 90.0]
-    assert place(MADE.source(), cut, None)[0].shown.tolist() == [0.0, 50.0, 28.0, 90.0]
-    assert place(MADE.source(), said, None)[0].box.tolist() == [-10.0, 50.0, 28.0, 90.0]
-    assert place(MADE.source(), inside, look)[0].box.tolist() == [20.0, 50.0, 48.0, 90.0]
+    assert place_anchors(MADE.source(), cut, look)[0].box.tolist() == [-12.0, 50.0, 28.0, 90.0]
+    assert place_anchors(MADE.source(), cut, None)[0].box.tolist() == [-4.0, 50.0, 28.0, 90.0]
+    assert place_anchors(MADE.source(), cut, None)[0].shown.tolist() == [0.0, 50.0, 28.0, 90.0]
+    assert place_anchors(MADE.source(), said, None)[0].box.tolist() == [-10.0, 50.0, 28.0, 90.0]
+    assert place_anchors(MADE.source(), inside, look)[0].box.tolist() == [20.0, 50.0, 48.0, 90.0]
 
 
 def test_templates_of_a_part_are_not_matched_against_the_whole() -> None:
@@ -104,6 +104,6 @@ def test_templates_of_a_part_are_not_matched_against_the_whole() -> None:
         Anchor(k, np.append(MADE.boxes[k][:2], MADE.boxes[k][:2] + (MADE.boxes[k][2:] - MADE.boxes[k][:2]) * size))
         for k, size in sizes.items()
     ]
-    whole, again, part = place(MADE.source(), drawn, None)
+    whole, again, part = place_anchors(MADE.source(), drawn, None)
     assert templates_of(whole, [whole, again, part]) == [whole.template, again.template]
     assert templates_of(part, [whole, again, part]) == [part.template]

@@ -9,8 +9,8 @@ from tests.follow.synthetic_drives import cover_box, make_drive
 from tests.follow.test_follow import PARTS, overlap, run
 from tsr_engine.errors import UsageError
 from tsr_engine.follow import Anchor, Ending, follow
-from tsr_engine.follow.joining import between, join
-from tsr_engine.follow.one_way import Step
+from tsr_engine.follow.joined_passes import interpolate, join_passes
+from tsr_engine.follow.sign_follower import Step
 from tsr_engine.geometry.boxes import iou_each
 
 
@@ -58,25 +58,25 @@ def test_a_single_anchor_has_no_frames_between() -> None:
 
 def test_the_joined_box_is_nearer_to_the_more_confident_one() -> None:
     left, right = (0, np.array([0.0, 0.0, 40.0, 40.0])), (2, np.array([4.0, 0.0, 44.0, 40.0]))
-    joined = join(left, right, {1: step([0, 0, 40, 40], error=3.0)}, {1: step([4, 0, 44, 40], error=1.0)})
+    joined = join_passes(left, right, {1: step([0, 0, 40, 40], error=3.0)}, {1: step([4, 0, 44, 40], error=1.0)})
     assert 3.0 < joined[1].box[0] < 4.0
     assert joined[1].confidence > 0.9
 
 
 def test_of_two_distant_boxes_the_more_confident_one_is_used() -> None:
     left, right = (0, np.array([0.0, 0.0, 40.0, 40.0])), (2, np.array([4.0, 0.0, 44.0, 40.0]))
-    joined = join(left, right, {1: step([0, 0, 40, 40], 0.95)}, {1: step([90, 0, 130, 40], 0.7)})
+    joined = join_passes(left, right, {1: step([0, 0, 40, 40], 0.95)}, {1: step([90, 0, 130, 40], 0.7)})
     assert joined[1].box.tolist() == [0, 0, 40, 40]
     assert joined[1].confidence < 0.5
 
 
 def test_a_frame_beyond_a_cut_is_left_out() -> None:
     left, right = (0, np.array([0.0, 0.0, 40.0, 40.0])), (4, np.array([4.0, 0.0, 44.0, 40.0]))
-    joined = join(left, right, {1: step([1, 0, 41, 40])}, {})
+    joined = join_passes(left, right, {1: step([1, 0, 41, 40])}, {})
     assert sorted(joined) == [1]
 
 
 def test_an_interpolated_box_looms() -> None:
     made = make_drive(frames=41, first=10.0, last=90.0, at=(30.0, -20.0))
-    box = between((0, made.boxes[0]), (40, made.boxes[40]), 25)
+    box = interpolate((0, made.boxes[0]), (40, made.boxes[40]), 25)
     assert iou_each(box, made.boxes[25])[0] > 0.99

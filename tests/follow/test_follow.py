@@ -7,7 +7,7 @@ import pytest
 
 from tests.follow import synthetic_drives
 from tests.follow.synthetic_drives import Drive, cover_box, make_drive
-from tsr_engine.follow import Anchor, Ending, FollowerModels, Proposal, follow, one_way
+from tsr_engine.follow import Anchor, Ending, FollowerModels, Proposal, follow, sign_follower
 from tsr_engine.follow.search import Match
 from tsr_engine.follow.template import Template
 from tsr_engine.geometry.boxes import clip, iou_each
@@ -194,8 +194,8 @@ def test_following_continues_through_damaged_frames() -> None:
 def test_a_poor_match_is_not_used_as_a_measurement(monkeypatch: pytest.MonkeyPatch) -> None:
     made = make_drive(frames=6)
     picture, box = made.pictures[2], made.boxes[2]
-    monkeypatch.setattr(one_way, "search", lambda *_: Match(box + 30.0, 1e-4, 0.45, 0.45))
-    way = one_way.OneWay(picture, box, [Template.cut(picture, box, 0.0, True)], "forward", FollowerModels())
+    monkeypatch.setattr(sign_follower, "search", lambda *_: Match(box + 30.0, 1e-4, 0.45, 0.45))
+    way = sign_follower.SignFollower(picture, box, [Template.cut(picture, box, 0.0, True)], "forward", FollowerModels())
     step = way.step(picture, (0.0, 0.0))
     assert step.source == "predicted"
     assert iou_each(step.box, box)[0] > 0.9

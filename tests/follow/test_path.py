@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tsr_engine.follow.path import SignPath
+from tsr_engine.follow.sign_path import SignPath
 from tsr_engine.geometry.boxes import iou_each
 
 

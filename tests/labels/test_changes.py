@@ -19,10 +19,10 @@ from tsr_engine.labels.changes import (
     show_label,
     update_label,
 )
+from tsr_engine.labels.conflicts import ChangeError, NoLabelError, TakenError
 from tsr_engine.labels.files import shipped_set
-from tsr_engine.labels.model import MOST_LABELS, Label, LabelSet
-from tsr_engine.labels.refusals import ChangeError, NoLabelError, TakenError
-from tsr_engine.labels.undoing import undo_change
+from tsr_engine.labels.model import MAX_LABELS, Label, LabelSet
+from tsr_engine.labels.undo import undo_change
 
 STOP, YIELD = make_label(1, "stop", aliases=("halt",), pinned=1), make_label(2, "give-way", name="give way")
 CUSTOM_SET = make_set(STOP, YIELD)
@@ -269,13 +269,13 @@ def test_the_shipped_set_adopts_itself_whole() -> None:
 
 def test_a_full_set_refuses_labels_and_is_fast_before() -> None:
     labels = tuple(
-        Label(id=i, key=f"label-{i}", name=f"Label number {i}", aliases=(f"alias {i}",)) for i in range(MOST_LABELS - 1)
+        Label(id=i, key=f"label-{i}", name=f"Label number {i}", aliases=(f"alias {i}",)) for i in range(MAX_LABELS - 1)
     )
-    large = LabelSet(key="large", name="Large", next_id=MOST_LABELS, labels=labels)
+    large = LabelSet(key="large", name="Large", next_id=MAX_LABELS, labels=labels)
     began = time.perf_counter()
     full = add_label(large, {"name": "the last"}).labels
     assert time.perf_counter() - began < time_limit(0.1)
-    with pytest.raises(ChangeError, match=f"{MOST_LABELS + 1} labels; it can have at most {MOST_LABELS}"):
+    with pytest.raises(ChangeError, match=f"{MAX_LABELS + 1} labels; it can have at most {MAX_LABELS}"):
         add_label(full, {"name": "one more"})
     with pytest.raises(ChangeError, match="can have at most"):
         adopt_labels(large, shipped_set("gtsrb-43"))

@@ -7,7 +7,7 @@ import numpy as np
 from tsr_engine.labels.classes import classes_of_keys, classes_of_set, default_keys
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
-from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
 
 GTSRB = shipped_set("gtsrb-43")
 CUSTOM_SET = LabelSet(
@@ -28,11 +28,11 @@ def test_the_classes_of_old_models_are_the_labels_of_gtsrb() -> None:
     classes = classes_of_keys(None, GTSRB)
     numbers = np.arange(-1, 43)
     assert classes.to_labels(numbers).tolist() == numbers.tolist()
-    assert [classes.shown(sign.id) for sign in CATALOGUE] == [sign.name for sign in CATALOGUE]
-    assert [classes.short(sign.id) for sign in CATALOGUE] == [sign.short for sign in CATALOGUE]
+    assert [classes.shown(sign.id) for sign in SIGN_CLASSES] == [sign.name for sign in SIGN_CLASSES]
+    assert [classes.short(sign.id) for sign in SIGN_CLASSES] == [sign.short for sign in SIGN_CLASSES]
     assert list(classes.numbers()) == list(range(43))
     assert len(default_keys()) == 43
-    assert classes.lacking() == []
+    assert classes.labels_without_class() == []
 
 
 def test_a_set_of_other_labels() -> None:
@@ -43,7 +43,7 @@ def test_a_set_of_other_labels() -> None:
     assert (classes.shown(12), classes.is_unmapped(12)) == ("priority road", True)
     assert not classes.is_unmapped(-1)
     assert (classes.to_class(3), classes.to_class(6), classes.to_class(5)) == (14, 14, None)
-    assert [label.key for label in classes.lacking()] == ["bus-stop"]
+    assert [label.key for label in classes.labels_without_class()] == ["bus-stop"]
 
 
 def test_a_model_with_other_labels() -> None:

@@ -15,7 +15,7 @@ from tsr_engine.labels.files import DEFAULT, SHIPPED, dump_set, parse_set, shipp
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 from tsr_engine.labels.schema import schema_text
-from tsr_engine.recognition.catalogue import CATALOGUE
+from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
 
 
 def make_set(*labels: Label) -> LabelSet:
@@ -29,7 +29,7 @@ def make_label(number: int, key: str, **fields: Any) -> Label:
 def test_the_default_set_is_the_43_of_the_engine() -> None:
     labels = shipped_set("gtsrb-43")
     assert [(label.id, label.name, label.short, label.shape) for label in labels] == [
-        (sign.id, sign.name, sign.short, sign.shape) for sign in CATALOGUE
+        (sign.id, sign.name, sign.short, sign.shape) for sign in SIGN_CLASSES
     ]
     assert labels.by_key("Turn-Left-Ahead") == labels.get(34)
     assert labels.get(33).mirror == "turn-left-ahead"  # type: ignore[union-attr]

@@ -9,7 +9,7 @@ import pytest
 
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import LabelSet
-from tsr_engine.labels.wording import comparable
+from tsr_engine.labels.name_matching import comparable
 
 CASES = json.loads((Path(__file__).parent / "words.json").read_text(encoding="utf-8"))
 

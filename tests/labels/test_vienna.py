@@ -13,7 +13,7 @@ from tsr_engine.labels.files import dump_set, shipped_set
 from tsr_engine.labels.make_vienna import TARGET, make_vienna
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label
-from tsr_engine.labels.wording import comparable
+from tsr_engine.labels.name_matching import comparable
 from tsr_engine.pictograms import draw, names
 
 VIENNA = shipped_set("vienna")

@@ -14,11 +14,11 @@ from tsr_engine.online.features import (
     PAD,
     cell_maps,
     describe,
-    describe_around,
-    gather,
-    layout,
+    describe_with_neighbours,
+    descriptor_at,
+    make_grid,
     pixel_extent,
-    respond,
+    score_windows,
 )
 from tsr_engine.online.incremental_svm import IncrementalSVC
 from tsr_engine.online.online_detector import OnlineDetector, OnlineDetectorMaker
@@ -69,14 +69,14 @@ def test_the_response_of_each_window_is_the_svm_of_its_descriptor() -> None:
     picture, box = scene(120, 100, 24)
     X, y = offline_samples()
     svm = IncrementalSVC(C=1.0).partial_fit(X, y)
-    place = layout(box, 12)
+    place = make_grid(box, 12)
     x1, y1, x2, y2 = pixel_extent(place.extent)
     maps = cell_maps(FramePixels(picture).crop(x1, y1, x2, y2), (x1, y1), place)
     out = np.empty((2 * place.reach[1] + 1, 2 * place.reach[0] + 1), dtype=np.float32)
-    respond(maps, svm.coef_.reshape(9, CELLS, CELLS).astype(np.float32), svm.intercept_, PAD, out)
+    score_windows(maps, svm.coef_.reshape(9, CELLS, CELLS).astype(np.float32), svm.intercept_, PAD, out)
     slow = np.array(
         [
-            [svm.decision_function(gather(maps, row, column)[None])[0] for column in range(out.shape[1])]
+            [svm.decision_function(descriptor_at(maps, row, column)[None])[0] for column in range(out.shape[1])]
             for row in range(out.shape[0])
         ]
     )
@@ -85,7 +85,7 @@ def test_the_response_of_each_window_is_the_svm_of_its_descriptor() -> None:
 
 @pytest.mark.parametrize("side", [16.0, 33.0, 70.0])
 def test_windows_cover_the_radius_and_no_more(side: float) -> None:
-    place = layout(np.array([50.0, 60.0, 50.0 + side, 60.0 + side]), 20)
+    place = make_grid(np.array([50.0, 60.0, 50.0 + side, 60.0 + side]), 20)
     first, last = place.box(0, 0), place.box(2 * place.reach[0], 2 * place.reach[1])
     middle = place.box(*map(float, place.reach))
     np.testing.assert_allclose(middle, [50, 60, 50 + side, 60 + side])
@@ -193,9 +193,9 @@ def test_boxes_without_area_are_not_searched() -> None:
 
 def test_positions_of_windows_around_a_box() -> None:
     picture, box = scene(120, 100, 24)
-    vectors, boxes = describe_around(FramePixels(picture), box, [(6, 0), (0, -12)])
+    vectors, boxes = describe_with_neighbours(FramePixels(picture), box, [(6, 0), (0, -12)])
     assert vectors.shape == (3, FEATURES)
-    pitch = layout(box, 0).pitch[0]
+    pitch = make_grid(box, 0).pitch[0]
     np.testing.assert_allclose(boxes[0] - box, [6 * pitch, 0, 6 * pitch, 0], atol=1e-9)
     np.testing.assert_allclose(boxes[1] - box, [0, -12 * pitch, 0, -12 * pitch], atol=1e-9)
 

@@ -13,11 +13,11 @@ from tsr_engine.cli.common import make_params
 from tsr_engine.errors import UsageError
 from tsr_engine.evidence.header import RunHeader, VideoIdentity, read_header, write_header
 from tsr_engine.params import Params
-from tsr_engine.params.renamed import (
-    RENAMED,
+from tsr_engine.params.aliases import (
+    ALIASES,
     SWITCHES,
-    present_names,
-    present_sections,
+    current_sections,
+    current_settings,
     rename_warnings,
     stored_sections,
 )
@@ -25,7 +25,7 @@ from tsr_engine.params.renamed import (
 NAMES = {f"{section}.{leaf}" for section, leaf in Params.names()}
 
 
-@pytest.mark.parametrize(("old", "new"), sorted(RENAMED.items()))
+@pytest.mark.parametrize(("old", "new"), sorted(ALIASES.items()))
 def test_the_old_name_sets_the_same_parameter(old: str, new: str) -> None:
     assert new in NAMES
     assert old not in NAMES
@@ -45,9 +45,9 @@ def test_the_command_line_warns_and_names_the_new_one(capsys: pytest.CaptureFixt
 
 
 def test_both_names_in_one_request_are_refused() -> None:
-    assert present_names({"closer_look": False, "tau": 3}) == {"rescore_windows": False, "tau": 3}
+    assert current_settings({"closer_look": False, "tau": 3}) == {"rescore_windows": False, "tau": 3}
     with pytest.raises(UsageError, match="'closer_look' is now called 'rescore_windows'. Set one of them, not both"):
-        present_names({"closer_look": False, "rescore_windows": True})
+        current_settings({"closer_look": False, "rescore_windows": True})
 
 
 def test_only_old_names_cause_a_warning() -> None:
@@ -66,7 +66,7 @@ def test_a_stored_run_with_old_names_is_valid_and_has_the_new_names(tmp_path: Pa
     read = read_header(tmp_path)
     assert read.identity() == header.identity() == content["identity"]
     assert read.differences(header) == []
-    assert read.parameters == present_sections(old["parameters"]) == content["parameters"]
+    assert read.parameters == current_sections(old["parameters"]) == content["parameters"]
 
 
 def test_an_old_option_sets_the_equivalent_choice(capsys: pytest.CaptureFixture[str]) -> None:
@@ -75,7 +75,7 @@ def test_an_old_option_sets_the_equivalent_choice(capsys: pytest.CaptureFixture[
         "tsr: Parameter 'network_classifier' is now called 'reader' ('network' for true, 'classifier' for false). "
     )
     assert make_params("default", ["pipeline.network_classifier=False"]).pipeline.reader == "classifier"
-    assert present_names({"network_classifier": True}) == {"reader": "network"}
+    assert current_settings({"network_classifier": True}) == {"reader": "network"}
     with pytest.raises(UsageError, match="'network_classifier' is true or false. Got 'both'"):
         make_params("default", ["network_classifier=both"])
     with pytest.raises(UsageError, match="must not be true or false"):
@@ -101,6 +101,6 @@ def test_a_stored_run_with_an_old_option_is_valid_and_replays_unchanged(
 
 def test_a_new_choice_keeps_its_name() -> None:
     both = {"pipeline": {"reader": "both"}, "note": 3}
-    assert stored_sections(both) == present_sections(both) == both
+    assert stored_sections(both) == current_sections(both) == both
     odd = {"pipeline": {"network_classifier": "perhaps"}}
-    assert present_sections(odd) == {"pipeline": {"reader": "perhaps"}}
+    assert current_sections(odd) == {"pipeline": {"reader": "perhaps"}}

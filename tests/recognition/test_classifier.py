@@ -14,11 +14,11 @@ from tsr_engine.labels.classes import default_keys
 from tsr_engine.params import Params
 from tsr_engine.params.fusion import FusionParams
 from tsr_engine.pipeline import load_components
-from tsr_engine.recognition.catalogue import CLASS_NAMES
 from tsr_engine.recognition.classifier import GEOMETRY, SignClassifier, softmax
 from tsr_engine.recognition.descriptor import CHANNELS, GRID, describe
 from tsr_engine.recognition.features import FeatureMap, windows
 from tsr_engine.recognition.fusion import Fusion
+from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 
 
 def component(seed: int = 0, temperature: float = 1.5) -> Component:

@@ -15,9 +15,9 @@ from tsr_engine.errors import ModelError
 from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.params import Params
-from tsr_engine.pipeline import load_components, load_reader, reader_of
+from tsr_engine.pipeline import load_components, load_reader, make_reader
 from tsr_engine.recognition.classifier import SignClassifier
-from tsr_engine.recognition.mixture import Mixture, pooled
+from tsr_engine.recognition.mixture import Mixture, pool_probabilities
 from tsr_engine.training.refine_classifier import with_labels
 
 ALL = tuple(range(43))
@@ -53,15 +53,15 @@ def test_labels_missing_from_the_network_have_the_classifier_probability() -> No
 
 def test_the_networks_other_labels_drop_out() -> None:
     own, other = np.log([[0.6, 0.3, 0.1]]), np.log([[0.5, 0.2, 0.2, 0.1]])
-    found = pooled(own, other, (3, -1, 1))
+    found = pool_probabilities(own, other, (3, -1, 1))
     pool = np.sqrt([0.6 * 0.1, 0.1 * 0.2])
     np.testing.assert_allclose(found, [[0.7 * pool[0] / pool.sum(), 0.3, 0.7 * pool[1] / pool.sum()]])
-    np.testing.assert_allclose(pooled(own, other, (-1, -1, -1)), [[0.6, 0.3, 0.1]])
+    np.testing.assert_allclose(pool_probabilities(own, other, (-1, -1, -1)), [[0.6, 0.3, 0.1]])
 
 
 def test_contradictory_readers_still_give_probabilities() -> None:
     own, other = np.array([[0.0, -2000.0, -1500.0]]), np.array([[-2000.0, 0.0, -1500.0]])
-    np.testing.assert_allclose(pooled(own, other, (0, 1, 2)), [[0.5, 0.5, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(pool_probabilities(own, other, (0, 1, 2)), [[0.5, 0.5, 0.0]], atol=1e-12)
 
 
 def test_a_row_does_not_depend_on_its_batch() -> None:
@@ -86,12 +86,12 @@ def test_mismatched_parts_are_refused() -> None:
 def test_labels_are_found_by_their_keys() -> None:
     keys = ["parking", *default_keys()[-2::-1]]
     rows = {"classifier": labelled([key.upper() for key in keys], 43), "network_classifier": network_component()}
-    reader = reader_of(rows)
+    reader = make_reader(rows)
     assert isinstance(reader, Mixture)
     assert reader.known == (-1, *range(41, -1, -1))
     assert reader.labels == tuple(key.upper() for key in keys)
     with pytest.raises(ModelError, match="Expected a classifier or a network"):
-        reader_of({})
+        make_reader({})
 
 
 def test_both_read_by_default_and_the_classifier_alone_without_a_network(tmp_path: Path) -> None:

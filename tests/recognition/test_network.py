@@ -16,7 +16,7 @@ from tsr_engine.pipeline import load_components, load_reader
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.descriptor import resize_crops
 from tsr_engine.recognition.features import FeatureMap
-from tsr_engine.recognition.network import FEATURES, LAYERS, LEAST_SPREAD, NETWORK_GEOMETRY, NetworkMap
+from tsr_engine.recognition.network import FEATURES, LAYERS, MIN_SPREAD, NETWORK_GEOMETRY, NetworkMap
 
 
 def network(seed: int = 0) -> NetworkMap:
@@ -35,13 +35,13 @@ def component(seed: int = 0) -> Component:
 def written_out(model: NetworkMap, patch: np.ndarray) -> np.ndarray:
     """The features by their definition, in double precision."""
     x = patch.astype(np.float64) - patch.mean()
-    x /= max(patch.std(), LEAST_SPREAD)
+    x /= max(patch.std(), MIN_SPREAD)
     for layer, kernel, bias in zip(LAYERS, model.kernels, model.biases, strict=True):
         wide = np.pad(x, ((layer.reach,) * 2, (layer.reach,) * 2, (0, 0)))
         windows = np.lib.stride_tricks.sliding_window_view(wide, (layer.size, layer.size), axis=(0, 1))
         windows = windows[:: layer.stride, :: layer.stride].transpose(0, 1, 3, 4, 2)
         found = windows.reshape(*windows.shape[:2], -1) @ kernel.astype(np.float64) + bias
-        x = np.maximum(found + x if layer.added else found, 0)
+        x = np.maximum(found + x if layer.is_residual else found, 0)
     return x.ravel()
 
 

@@ -10,7 +10,7 @@ import pytest
 from tests.recognition.test_classifier import component, crops
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.descriptor import resize_crops
-from tsr_engine.recognition.views import diagonal_pairs
+from tsr_engine.recognition.shifted_views import diagonal_pairs
 
 
 def shift_patch(patch: np.ndarray, pixels: float) -> np.ndarray:

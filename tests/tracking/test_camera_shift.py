@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tsr_engine.tracking.camera_shift import UNKNOWN, CameraShift, fit_shift
+from tsr_engine.tracking.camera_shift import UNKNOWN_SHIFT, CameraShift, fit_shift
 
 
 def scene(seed: int = 3, width: int = 720, height: int = 576) -> np.ndarray:
@@ -33,7 +33,7 @@ def view(
 @pytest.mark.parametrize("shift", [(5.0, -3.0), (-17.5, 0.0), (0.0, 9.0), (30.0, 6.0)])
 def test_pure_shift(shift: tuple[float, float]) -> None:
     picture, estimator = scene(), CameraShift()
-    assert estimator.step(view(picture, 0, 0)) == UNKNOWN
+    assert estimator.step(view(picture, 0, 0)) == UNKNOWN_SHIFT
     assert estimator.step(view(picture, *shift)) == pytest.approx(shift, abs=0.3)
 
 
@@ -65,11 +65,11 @@ def test_blank_pictures_and_a_new_size_give_no_shift() -> None:
     estimator = CameraShift()
     flat = np.full((576, 720, 3), 90, np.uint8)
     estimator.step(flat)
-    assert estimator.step(flat + 5) == UNKNOWN
-    assert estimator.step(view(scene(), 0, 0)[:400]) == UNKNOWN
+    assert estimator.step(flat + 5) == UNKNOWN_SHIFT
+    assert estimator.step(view(scene(), 0, 0)[:400]) == UNKNOWN_SHIFT
     tiny = np.zeros((7, 9, 3), np.uint8)
-    assert estimator.step(tiny) == UNKNOWN
-    assert estimator.step(tiny + 40) == UNKNOWN
+    assert estimator.step(tiny) == UNKNOWN_SHIFT
+    assert estimator.step(tiny + 40) == UNKNOWN_SHIFT
 
 
 def test_fit_separates_rotation_from_depth_dependent_expansion() -> None:

@@ -13,7 +13,7 @@ from tsr_engine.errors import VideoError
 from tsr_engine.io.video import VideoLimits
 from tsr_engine.records import FloatArray
 from tsr_engine.runs.calibration import calibrate
-from tsr_engine.tracking.focus import find_focus
+from tsr_engine.tracking.focus_of_expansion import find_focus
 
 CLIPS = Path(__file__).parents[2] / "sample_videos" / "clips"
 WIDTH, HEIGHT = 320.0, 180.0

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from tsr_engine.geometry.boxes import to_xyxy
 from tsr_engine.params import Params
 from tsr_engine.params.tracking import TrackingParams
-from tsr_engine.protocols import WHOLE, Edges, MeasurementQuality, MotionModel
+from tsr_engine.protocols import NO_CUT_EDGES, Edges, MeasurementQuality, MotionModel
 from tsr_engine.records import FloatArray
+from tsr_engine.tracking.measurement_noise import MeasurementNoise
 from tsr_engine.tracking.motion import make_motion
 from tsr_engine.tracking.motion_constant_velocity import ConstantVelocityMotion
 from tsr_engine.tracking.motion_looming import FY, RATE, LoomingMotion, LoomingNoise
 from tsr_engine.tracking.motion_paper import PaperMotion
-from tsr_engine.tracking.noise import MeasurementNoise
 
 NOISE = MeasurementNoise(0.07, 0.14)
 NAMES = ("paper", "constant_velocity", "looming")
@@ -234,6 +234,6 @@ def test_an_unseen_edge_is_not_measured(name: str) -> None:
         return motion.box_of(motion.update(state, z, MeasurementQuality(cut=cut)))
 
     assert after(285.0, 300.0, hidden) == pytest.approx(after(285.0, 315.0, hidden), abs=0.2)
-    assert after(285.0, 300.0, WHOLE)[2] < after(285.0, 315.0, WHOLE)[2] - 1.0
+    assert after(285.0, 300.0, NO_CUT_EDGES)[2] < after(285.0, 315.0, NO_CUT_EDGES)[2] - 1.0
     moved, still = (to_xyxy(after(left, 315.0, hidden))[0] for left in (275.0, 285.0))
     assert moved < still - 1.0  # the edge that was seen still counts

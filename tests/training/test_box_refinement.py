@@ -12,7 +12,7 @@ from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.detection.refine.box_refinement import BoxRefinement, cut_box, move_edges, steps_between
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.training.box_refinement import BoxRefinementPlan, box_refinement_view, train_box_refinement
-from tsr_engine.training.classifier_jitter import LoadedCrop, surrounded_crop
+from tsr_engine.training.classifier_augmentation import LoadedCrop, surrounded_crop
 from tsr_engine.training.classifier_network import NetworkSettings, _huber
 
 PLAN = BoxRefinementPlan(

@@ -17,7 +17,14 @@ from tsr_engine.training.classifier import (
     inset_crops,
     train_classifier,
 )
-from tsr_engine.training.classifier_jitter import LoadedCrop, box_view, jittered_view, load_crop, plain_view, shaken_box
+from tsr_engine.training.classifier_augmentation import (
+    LoadedCrop,
+    box_view,
+    jittered_view,
+    load_crop,
+    plain_view,
+    shaken_box,
+)
 from tsr_engine.training.classifier_network import Network, NetworkSettings, _cross_entropy, _hinge
 from tsr_engine.training.drawn_signs import DRAWN_CLASSES
 

@@ -18,7 +18,7 @@ from tsr_engine.exchange.registry import format_named
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, is_reviewed, verdict
 from tsr_engine.training.exports import open_export
-from tsr_engine.training.heldout import part, regressions
+from tsr_engine.training.holdout import hold_out, regressions
 from tsr_engine.training.retrain import Recipe, retrain
 
 
@@ -115,17 +115,17 @@ def test_too_many_signs_are_sampled_evenly_over_classes(tmp_path: Path) -> None:
 
 def test_whole_videos_are_held_out_if_there_are_several(scenes: list[CorrectedScene]) -> None:
     every = _three_videos(scenes)
-    holdout = part(every, 4, 0.25)
+    holdout = hold_out(every, 4, 0.25)
     assert holdout.by == "video"
     assert len({s.video for s in holdout.held}) == 1
     assert not {s.video for s in holdout.held} & {s.video for s in holdout.training}
     assert _signs(holdout.held) | _signs(holdout.training) == _signs(every)
-    assert part(every, 4, 0.25).signs == holdout.signs
+    assert hold_out(every, 4, 0.25).signs == holdout.signs
 
 
 def test_signs_of_one_video_are_ignored_on_the_other_side(scenes: list[CorrectedScene]) -> None:
     two = [replace(s, signs=tuple(f"{n}{i % 2}" for n in s.signs)) for i, s in enumerate(scenes)]
-    holdout = part(two, 0, 0.25)
+    holdout = hold_out(two, 0, 0.25)
     assert holdout.by == "sign"
     assert len(holdout.signs) == 1
     assert _signs(holdout.held) == holdout.signs
@@ -135,10 +135,10 @@ def test_signs_of_one_video_are_ignored_on_the_other_side(scenes: list[Corrected
 def test_the_split_of_an_export_is_kept_and_one_sign_is_never_held_out(scenes: list[CorrectedScene]) -> None:
     every = _three_videos(scenes)
     names = sorted(_signs(every))
-    holdout = part(every, 0, 0.25, {names[0]: "val", names[1]: "train", names[2]: "test"})
+    holdout = hold_out(every, 0, 0.25, {names[0]: "val", names[1]: "train", names[2]: "test"})
     assert (holdout.by, holdout.signs) == ("export", frozenset({names[0], names[2]}))
     assert _signs(holdout.held) == holdout.signs
-    alone = part(scenes, 0, 0.25)
+    alone = hold_out(scenes, 0, 0.25)
     assert (alone.by, alone.held, alone.training) == ("none", [], scenes)
 
 

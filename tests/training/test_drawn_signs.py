@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from tsr_engine.recognition.catalogue import CATALOGUE
-from tsr_engine.training.classifier_jitter import LARGEST, LoadedCrop, plain_view
+from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
+from tsr_engine.training.classifier_augmentation import LARGEST, LoadedCrop, plain_view
 from tsr_engine.training.drawn_signs import DRAWN_CLASSES, EMPTY, drawn_crop
 
 POINTS = {33: (1, 0), 34: (-1, 0), 35: (0, -1), 38: (1, 1), 39: (-1, 1)}
@@ -52,7 +52,7 @@ def test_limits_have_a_red_ring_around_a_brighter_field() -> None:
             middle = LARGEST // 2
             ring = lab[middle, 3:7, 1].max()
             assert ring > lab[middle - 2 : middle + 2, middle - 20 : middle + 20, 1].mean() + 8
-            assert CATALOGUE[class_id].name
+            assert SIGN_CLASSES[class_id].name
 
 
 def test_a_class_without_a_drawing_is_refused() -> None:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tsr_engine.training.classifier_jitter import LoadedCrop
+from tsr_engine.training.classifier_augmentation import LoadedCrop
 from tsr_engine.training.inset_signs import INSET_CLASSES, inset_crop
 
 SIDE, BORDER = 64, 8

@@ -9,7 +9,7 @@ from tests.recognition.test_network import network
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training import network_crops
-from tsr_engine.training.classifier_jitter import LoadedCrop, plain_view
+from tsr_engine.training.classifier_augmentation import LoadedCrop, plain_view
 from tsr_engine.training.network_classifier import classifier_of, component_of
 from tsr_engine.training.network_crops import Bank, bank_of, network_keys
 

@@ -18,7 +18,7 @@ from tsr_engine.protocols import OfflineDetector
 from tsr_engine.training.box_refinement import BoxRefinementPlan
 from tsr_engine.training.classifier_network import NetworkSettings
 from tsr_engine.training.detector import DetectorPlan
-from tsr_engine.training.offline import split_scenes, train_detector, train_prior
+from tsr_engine.training.detector_components import split_scenes, train_detector, train_prior
 from tsr_engine.training.refinement import RefinementPlan
 from tsr_engine.training.sign_verifier import SignVerifierPlan
 

@@ -7,8 +7,8 @@ import time
 import numpy as np
 import pytest
 
-from tsr_engine.training import on_cores as module
-from tsr_engine.training.on_cores import on_cores
+from tsr_engine.training import parallel as module
+from tsr_engine.training.parallel import map_on_cores
 
 
 def drawn(item: int, rng: np.random.Generator) -> tuple[int, float]:
@@ -20,7 +20,7 @@ def test_the_number_of_cores_changes_nothing(monkeypatch: pytest.MonkeyPatch) ->
     made = []
     for cores in (1, 3):
         monkeypatch.setattr(module, "training_threads", lambda cores=cores: cores)
-        made.append(list(on_cores(drawn, range(20), np.random.default_rng(5))))
+        made.append(list(map_on_cores(drawn, range(20), np.random.default_rng(5))))
     assert made[0] == made[1]
     assert [item for item, _ in made[0]] == list(range(20))
     assert len({value for _, value in made[0]}) == 20
@@ -35,4 +35,4 @@ def test_an_error_on_another_core_is_raised_here(monkeypatch: pytest.MonkeyPatch
         return item
 
     with pytest.raises(OSError, match="no such picture"):
-        list(on_cores(fails, range(10), np.random.default_rng(0)))
+        list(map_on_cores(fails, range(10), np.random.default_rng(0)))

@@ -10,7 +10,7 @@ import pytest
 
 from tsr_engine.errors import InputError
 from tsr_engine.io.gtsdb import Scene
-from tsr_engine.training.online import train_online
+from tsr_engine.training.online_samples import train_online
 
 
 def drawn_scenes(folder: Path) -> list[Scene]:

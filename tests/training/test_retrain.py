@@ -27,13 +27,13 @@ from tsr_engine.io.video_probe import video_sha256
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.pipeline import load_reader, reader_of
+from tsr_engine.pipeline import load_reader, make_reader
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.mixture import Mixture
-from tsr_engine.training import kept_network, retrain, whole
-from tsr_engine.training.classifier_jitter import LoadedCrop, plain_view
+from tsr_engine.training import network_choice, retrain, train_parts
+from tsr_engine.training.classifier_augmentation import LoadedCrop, plain_view
 from tsr_engine.training.memory import build_memory
-from tsr_engine.training.public import remembered_figures
+from tsr_engine.training.public_figures import remembered_figures
 from tsr_engine.training.refine_classifier import SignCrop
 from tsr_engine.training.retrain import Recipe
 
@@ -143,8 +143,8 @@ def test_versions_are_compared_with_their_readers(
         readers.append(reader)
         return {"crops_right": 1.0, "signs_right": 1.0}
 
-    monkeypatch.setattr(retrain, "classification_of", reading)
-    monkeypatch.setattr(kept_network, "right_shares", lambda answers, crops: {"signs_right": 1.0})
+    monkeypatch.setattr(retrain, "evaluate_reading", reading)
+    monkeypatch.setattr(network_choice, "right_shares", lambda answers, crops: {"signs_right": 1.0})
     words = ["train", "classifier", "--export", str(export), "--video", str(path), "--out", str(tmp_path / "models")]
     assert run(words) == 0
     assert [type(reader) for reader in readers] == [Mixture, Mixture]
@@ -158,21 +158,21 @@ def test_a_version_leaves_out_a_network_that_contradicts_the_corrections() -> No
     ]
     views = [plain_view(crop) for crop in crops]
     alone = SignClassifier.from_component(parts["classifier"]).probabilities(views).argmax(axis=1)
-    both = reader_of(parts).probabilities(views).argmax(axis=1)
+    both = make_reader(parts).probabilities(views).argmax(axis=1)
     differ = np.flatnonzero(alone != both)
     assert len(differ)
     for answers, kept in ((alone, False), (both, True)):
         signs = [SignCrop(replace(crops[k], class_id=int(answers[k])), f"s{k}") for k in differ]
-        found = kept_network.with_network(parts, signs)
+        found = network_choice.compare_with_network(parts, signs)
         assert found == {"kept": kept, "signs_right": float(kept), "signs_right_without": float(not kept)}
-        assert len(kept_network.network_note(found)) == (not kept)
+        assert len(network_choice.network_note(found)) == (not kept)
 
 
 def test_a_memory_of_other_features_is_refused() -> None:
     memory = load_component("memory")
     other = replace(memory, arrays={**memory.arrays, "moment": np.eye(257)})
     with pytest.raises(ModelError, match="other features"):
-        retrain._classifier(load_component("classifier"), [], other, Recipe(), ignore_progress)
+        retrain._refine_classifier_part(load_component("classifier"), [], other, Recipe(), ignore_progress)
 
 
 def test_unknown_parts_are_refused() -> None:
@@ -186,19 +186,20 @@ def ignore_progress(_stage: str, _done: int, _total: int) -> None:
 
 def test_a_complete_training_copies_other_parts_and_resumes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = write_gtsdb(tmp_path / "scenes", 4, 1)
-    report = whole.train_parts(("online",), None, tmp_path / "out", 0, ignore_progress, gtsdb=scenes)
+    report = train_parts.train_parts(("online",), None, tmp_path / "out", 0, ignore_progress, gtsdb=scenes)
     shipped = {name: entry["sha256"] for name, entry in read_manifest(SHIPPED)["components"].items()}
     assert {name for name in report.models if report.models[name] != shipped[name]} == {"online"}
 
     def never(*_: Any) -> None:
         raise AssertionError("it is trained already")
 
-    monkeypatch.setattr(whole, "train_component", never)
+    monkeypatch.setattr(train_parts, "train_component", never)
     assert (
-        whole.train_parts(("online",), None, tmp_path / "out", 0, ignore_progress, gtsdb=scenes).models == report.models
+        train_parts.train_parts(("online",), None, tmp_path / "out", 0, ignore_progress, gtsdb=scenes).models
+        == report.models
     )
     with pytest.raises(UsageError, match="classifier needs gtsrb"):
-        whole.train_parts(("classifier",), None, tmp_path / "other", 0, ignore_progress, gtsdb=scenes)
+        train_parts.train_parts(("classifier",), None, tmp_path / "other", 0, ignore_progress, gtsdb=scenes)
 
 
 def test_a_memory_of_scenes_and_crops(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from tsr_engine.recognition.crops import cut
 from tsr_engine.training.calibration import fit_calibration
-from tsr_engine.training.classifier_jitter import BACKGROUND, LARGEST, LoadedCrop, surrounded_crop
+from tsr_engine.training.classifier_augmentation import BACKGROUND, LARGEST, LoadedCrop, surrounded_crop
 from tsr_engine.training.classifier_network import NetworkSettings, _hinge
 from tsr_engine.training.sign_verifier import SignVerifierPlan, train_sign_verifier
 

@@ -16,9 +16,9 @@ from tsr_engine.exchange.registry import format_named
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.training.class_mapping import drop_unseen_labels, map_to_classes, new_label_keys
 from tsr_engine.training.corrections import Sampling, corrected_scenes, verdict
 from tsr_engine.training.exports import OpenedExport, open_export
-from tsr_engine.training.teaching import further_keys, only_shown, taught
 
 CUSTOM_SET = LabelSet(
     key="ours",
@@ -43,7 +43,8 @@ def opened(
 def result(exports: list[OpenedExport], keys: Any = None) -> list[dict[str, tuple[str, int]]]:
     """Verdict and class number of each track, by export."""
     return [
-        {t.uid: (verdict(t), t.label) for t in export.dataset.videos[0].tracks()} for export in taught(exports, keys)
+        {t.uid: (verdict(t), t.label) for t in export.dataset.videos[0].tracks()}
+        for export in map_to_classes(exports, keys)
     ]
 
 
@@ -77,7 +78,7 @@ def test_labels_missing_from_the_model_are_named() -> None:
         separate_track("m3", 2, label=1),
         separate_track("m4", 3, label=4),
     ]
-    (export,) = taught([opened(tracks)], None)
+    (export,) = map_to_classes([opened(tracks)], None)
     assert export.notes == (
         "a.zip: the model has no label for 'bus stop' (2 tracks). They are not used, neither as signs nor as "
         "background.",
@@ -94,15 +95,15 @@ def test_labels_missing_from_the_model_can_be_added() -> None:
         separate_track("m3", 2, label=2, state="open"),
     ]
     exports = [opened(tracks), opened([separate_track("m4", 3, label=4), separate_track("m5", 4, label=3)])]
-    assert further_keys(exports, None) == ("bus-stop",)
-    assert further_keys(exports[1:], None) == further_keys(exports, (*default_keys(), "bus-stop")) == ()
-    (found, _) = result(exports, (*default_keys(), *further_keys(exports, None)))
+    assert new_label_keys(exports, None) == ("bus-stop",)
+    assert new_label_keys(exports[1:], None) == new_label_keys(exports, (*default_keys(), "bus-stop")) == ()
+    (found, _) = result(exports, (*default_keys(), *new_label_keys(exports, None)))
     assert (found["m1"], found["m2"]) == (("sign", 43), ("sign", 14))
 
 
 def test_labels_without_a_frame_are_not_added(tmp_path: Path) -> None:
     scenes = draw_corrected_scenes(tmp_path, range(2), label=44)
-    scenes, added = only_shown(scenes, 43, ("bin", "bus-stop"))
+    scenes, added = drop_unseen_labels(scenes, 43, ("bin", "bus-stop"))
     assert added == ("bus-stop",)
     assert {int(n) for scene in scenes for n in scene.scene.class_ids} == {43}
 
@@ -114,7 +115,7 @@ def test_labels_without_a_frame_are_not_added(tmp_path: Path) -> None:
 def test_contradictions_are_named_and_not_used(other: dict[str, Any], says: str) -> None:
     one, two = make_track("m1", label=1), make_track("h2", label=1, first=5, frames=10)
     two = Track(**{**{n: getattr(two, n) for n in two.__dataclass_fields__}, **other, "boxes": one.boxes[5:15]})
-    (export,) = taught([opened([one, two])], None)
+    (export,) = map_to_classes([opened([one, two])], None)
     assert {verdict(t) for t in export.dataset.videos[0].tracks()} == {"unknown"}
     (note,) = export.notes
     assert note == (
@@ -127,7 +128,7 @@ def test_two_exports_of_one_video_may_contradict_each_other() -> None:
     gtsrb = shipped_set("gtsrb-43")
     sets = ((1, CUSTOM_SET), (14, gtsrb), (13, gtsrb))
     one, same, other = (opened([make_track("m1", label=n)], labels, f"{n}.zip") for n, labels in sets)
-    found = taught([one, other], None)
+    found = map_to_classes([one, other], None)
     assert [len(export.notes) for export in found] == [0, 1]
     assert "m1 says 'Állj', m1 says 'give way'" in found[1].notes[0]
     assert result([one, same]) == [{"m1": ("sign", 14)}] * 2, "one label by two names is no contradiction"
@@ -135,7 +136,7 @@ def test_two_exports_of_one_video_may_contradict_each_other() -> None:
 
 def test_many_contradictions_are_counted() -> None:
     pairs = [(separate_track(f"m{k}", k, label=1), separate_track(f"h{k}", k, label=2)) for k in range(25)]
-    (export,) = taught([opened([t for pair in pairs for t in pair])], None)
+    (export,) = map_to_classes([opened([t for pair in pairs for t in pair])], None)
     assert len(export.notes) == 21
     assert export.notes[-1] == "5 more places are contradictory in the same way."
 

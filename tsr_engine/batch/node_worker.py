@@ -18,7 +18,7 @@ from typing import Final
 
 from tsr_engine.batch.child_process import exit_with_parent, limit_memory, require_models, send_message, send_note
 from tsr_engine.batch.node_task import NodeTask
-from tsr_engine.compiling import reporting_compilation
+from tsr_engine.compilation import report_compilation
 from tsr_engine.errors import EvidenceError, ModelError, TsrError, UsageError
 from tsr_engine.evidence.schema import LOCK_FILE
 from tsr_engine.io.locks import is_locked
@@ -61,7 +61,7 @@ def run_task(order: NodeTask, asked: list[int]) -> RunReport:
         TsrError: the run failed.
     """
     from tsr_engine.pipeline import load_components
-    from tsr_engine.runs.live import track_video
+    from tsr_engine.runs.track_video import track_video
 
     if order.version != __version__:
         raise UsageError(
@@ -84,7 +84,7 @@ def run_task(order: NodeTask, asked: list[int]) -> RunReport:
             reported = time.monotonic()
             send_message({"at": asdict(progress)})
 
-    with reporting_compilation(send_note, PROGRESS_INTERVAL_S):
+    with report_compilation(send_note, PROGRESS_INTERVAL_S):
         return track_video(order.request, components, progress=show, stop=lambda: bool(asked))
 
 

@@ -20,7 +20,7 @@ from typing import Final
 
 from tsr_engine.batch.child_process import exit_with_parent, limit_memory, require_models, send_message, send_note
 from tsr_engine.batch.task import DriveTask
-from tsr_engine.compiling import reporting_compilation
+from tsr_engine.compilation import report_compilation
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.json_shapes import JsonObject
@@ -60,8 +60,8 @@ def main() -> None:
 def _track(order: DriveTask) -> JsonObject:
     from tsr_engine.params import Params
     from tsr_engine.pipeline import Network, load_components
-    from tsr_engine.runs.live import Progress, RunRequest, track_video
     from tsr_engine.runs.report_json import report_as_json
+    from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 
     folder = Path(order.folder)
     work = unfinished_folder(folder)
@@ -93,7 +93,7 @@ def _track(order: DriveTask) -> JsonObject:
         cores=order.cores,
     )
     try:
-        with reporting_compilation(send_note, _PROGRESS_INTERVAL_S):
+        with report_compilation(send_note, _PROGRESS_INTERVAL_S):
             report = report_as_json(track_video(request, components, progress=show), request)
         for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", "seen.mp4")):
             report[key] = name if report[key] is not None else None

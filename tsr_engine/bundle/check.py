@@ -23,7 +23,7 @@ from tsr_engine.errors import EvidenceError, ImportFormatError
 from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.labels.model import MOST_LABELS
+from tsr_engine.labels.model import MAX_LABELS
 from tsr_engine.records import FrameEvidence
 from tsr_engine.track_table import SOURCES
 
@@ -122,7 +122,7 @@ def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
         if (seen := track.recognition) is not None:
             classes = len(seen.votes)
             wrong |= not (0 <= seen.class_id < classes and 0 <= seen.runner_up < classes)
-            wrong |= seen.probabilities.shape != seen.votes.shape or classes > MOST_LABELS
+            wrong |= seen.probabilities.shape != seen.votes.shape or classes > MAX_LABELS
     wrong |= any(event.kind not in _EVENT_KINDS for event in frame.events)
     wrong |= not np.isfinite(frame.detections.boxes).all()
     for region in frame.regions:

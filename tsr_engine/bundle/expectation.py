@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.labels.classes import class_words, default_keys
-from tsr_engine.labels.model import MOST_LABELS, Key
+from tsr_engine.labels.classes import class_names_of, default_keys
+from tsr_engine.labels.model import MAX_LABELS, Key
 
 __all__ = ["Bounds", "Expectation", "Expected", "ExpectedSign", "read_expectation"]
 
@@ -81,7 +81,7 @@ class Expected(_Part):
     id: _Name
     kind: Literal["found", "label", "boxes", "absent", "one", "apart"]
     sign: _Name
-    class_id: Annotated[int, Field(ge=0, lt=MOST_LABELS)] | None = None
+    class_id: Annotated[int, Field(ge=0, lt=MAX_LABELS)] | None = None
     """For ``label``: class number of the model."""
     frames: list[_Frame] = []
     """For ``boxes``."""
@@ -106,12 +106,12 @@ class Expectation(_Part):
     bounds: Bounds = Bounds()
     signs: dict[_Name, ExpectedSign] = {}
     expected: list[Expected] = []
-    labels: Annotated[list[Key], Field(max_length=MOST_LABELS, exclude_if=_is_empty)] = []
+    labels: Annotated[list[Key], Field(max_length=MAX_LABELS, exclude_if=_is_empty)] = []
     """Keys of the model's classes by number; empty: those of ``gtsrb-43``."""
 
     def class_name(self, class_id: int | None) -> str:
         """Number and name of one of the model's classes."""
-        names = class_words(self.labels or None)
+        names = class_names_of(self.labels or None)
         if class_id is None or not 0 <= class_id < len(names):
             return "nothing known"
         return f"{class_id} ({names[class_id]})"

@@ -18,8 +18,8 @@ from tsr_engine.evidence import EvidenceReader, ResultRow, differences
 from tsr_engine.io.video import VideoLimits
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
-from tsr_engine.params.renamed import present_sections
-from tsr_engine.params.replayable import ABSENT
+from tsr_engine.params.aliases import current_sections
+from tsr_engine.params.replayable import VALUES_IN_OLD_RUNS
 from tsr_engine.pipeline import RECOMPUTED, Components, ResultStream
 from tsr_engine.records import FrameEvidence
 from tsr_engine.version import __version__
@@ -98,11 +98,11 @@ def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
     """
     known = {f"{section}.{leaf}" for section, leaf in Params.names()}
     stored: JsonObject = {}
-    for section, values in present_sections(bundle.manifest.run.parameters).items():
+    for section, values in current_sections(bundle.manifest.run.parameters).items():
         if not isinstance(values, dict):
             raise ImportFormatError(f"{bundle.name}: the parameters of the run are damaged. Make the bundle anew.")
         stored |= {f"{section}.{name}": tuple(v) if isinstance(v, list) else v for name, v in values.items()}
-    params, strange = Params().with_settings(ABSENT.items()), []
+    params, strange = Params().with_settings(VALUES_IN_OLD_RUNS.items()), []
     for name, value in stored.items():
         if name not in known:
             strange.append(f"The parameter {name[:80]} of the run is not known to this version.")
@@ -112,7 +112,8 @@ def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
         except UsageError:
             strange.append(f"The parameter {name} of the run, {str(value)[:40]}, is not allowed by this version.")
     strange += [
-        f"The run has no parameter {name}: {'it replays as it was made' if name in ABSENT else 'its default is used'}."
+        f"The run has no parameter {name}: "
+        f"{'it replays as it was made' if name in VALUES_IN_OLD_RUNS else 'its default is used'}."
         for name in sorted(known - stored.keys())
     ]
     return params, strange

@@ -31,7 +31,7 @@ CHANNELS: Final = 10
 NORM_RADIUS: Final = 5
 """Radius of the normalising triangle filter, px."""
 NORM_CONST: Final = 0.005
-FAST: Final = {"nnan", "ninf", "nsz"}
+FASTMATH_FLAGS: Final = {"nnan", "ninf", "nsz"}
 """Float flags of the channels' kernels. Flags that reorder sums or fuse a product with a sum are missing: code that a
 process has compiled and code that it loads from the cache would differ in the last bits."""
 
@@ -45,7 +45,7 @@ _Q0, _Q1, _Q2, _Q3, _Q4 = (
 )
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
 def luv(blue, green, red):  # type: ignore[no-untyped-def]
     """L, U and V of one pixel, from bytes."""
     unit = np.float32(1.0 / 255.0)
@@ -68,7 +68,7 @@ def luv(blue, green, red):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
 def _luv_row(blue, green, red, out_l, out_u, out_v):  # type: ignore[no-untyped-def]
     """Converts three uint8 rows (w,) to three LUV rows (w + 2,) with one replicated pixel on each side."""
     w = blue.shape[0]
@@ -78,7 +78,7 @@ def _luv_row(blue, green, red, out_l, out_u, out_v):  # type: ignore[no-untyped-
     out_l[w + 1], out_u[w + 1], out_v[w + 1] = out_l[w], out_u[w], out_v[w]
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
 def _smooth_row(above, here, below, column, out):  # type: ignore[no-untyped-def]
     """Smooths three rows (w + 2,) by [1 2 1]/4 along both axes to one row (w + 2,), borders replicated."""
     n = here.shape[0]
@@ -90,8 +90,8 @@ def _smooth_row(above, here, below, column, out):  # type: ignore[no-untyped-def
     out[n - 1] = out[n - 2]
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def votes(gx, gy, gx1, gy1, gx2, gy2):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+def gradient_orientations(gx, gy, gx1, gy1, gx2, gy2):  # type: ignore[no-untyped-def]
     """Magnitude of the strongest of three gradients, and its six orientations."""
     zero = np.float32(0.0)
     e = gx * gx + gy * gy
@@ -123,32 +123,32 @@ def votes(gx, gy, gx1, gy1, gx2, gy2):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
 def _gradient_row(a0, a1, a2, h0, h1, h2, b0, b1, b2, m, o0, o1, o2, o3, o4, o5):  # type: ignore[no-untyped-def]
     """Adds one row's magnitude and orientations, (w,) each, from the LUV rows above, here and below, (w + 2,) each."""
     for x in range(m.shape[0]):
-        found = votes(
+        values = gradient_orientations(
             h0[x + 2] - h0[x], b0[x + 1] - a0[x + 1],
             h1[x + 2] - h1[x], b1[x + 1] - a1[x + 1],
             h2[x + 2] - h2[x], b2[x + 1] - a2[x + 1],
         )  # fmt: skip
-        m[x] += found[0]
-        o0[x] += found[1]
-        o1[x] += found[2]
-        o2[x] += found[3]
-        o3[x] += found[4]
-        o4[x] += found[5]
-        o5[x] += found[6]
+        m[x] += values[0]
+        o0[x] += values[1]
+        o1[x] += values[2]
+        o2[x] += values[3]
+        o3[x] += values[4]
+        o4[x] += values[5]
+        o5[x] += values[6]
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
 def _add_row(source, target):  # type: ignore[no-untyped-def]
     """Adds a padded row (w + 2,) to (w,)."""
     for x in range(target.shape[0]):
         target[x] += source[x + 1]
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
 def _fold_row(source, target, shrink, factor):  # type: ignore[no-untyped-def]
     """Sums ``shrink`` neighbours of a row times ``factor`` into one cell each, and clears the row."""
     if shrink == 1:
@@ -166,8 +166,8 @@ def _fold_row(source, target, shrink, factor):  # type: ignore[no-untyped-def]
     source[:] = np.float32(0.0)
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
-def _start_rows(blue, green, red):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+def _make_buffers(blue, green, red):  # type: ignore[no-untyped-def]
     """Row buffers for :func:`_cell_row`: three rows of LUV and of smoothed LUV, a scratch row, ten sums."""
     h, w = blue.shape
     raw = np.empty((9, w + 2), np.float32)
@@ -181,7 +181,7 @@ def _start_rows(blue, green, red):  # type: ignore[no-untyped-def]
     return raw, smooth, column, acc
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
 def _cell_row(blue, green, red, row, shrink, buffers, out):  # type: ignore[no-untyped-def]
     """Steps 1 to 4 for one row of cells, into ``out[:, row]`` of (10, h // shrink, w // shrink), in order of rows.
 
@@ -211,12 +211,12 @@ def _cell_row(blue, green, red, row, shrink, buffers, out):  # type: ignore[no-u
         _fold_row(acc[c], out[c, row], shrink, colour_factor if c < 3 else gradient_factor)
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
 def _cells(blue, green, red, shrink):  # type: ignore[no-untyped-def]
     """Steps 1 to 4: three (h, w) uint8 planes to (10, h // shrink, w // shrink)."""
     rows, columns = blue.shape[0] // shrink, blue.shape[1] // shrink
     out = np.empty((CHANNELS, rows, columns), np.float32)
-    buffers = _start_rows(blue, green, red)
+    buffers = _make_buffers(blue, green, red)
     for row in range(rows):
         _cell_row(blue, green, red, row, shrink, buffers, out)
     return out

@@ -2,7 +2,7 @@
 
 A channel resampled from scale ``s_r`` to ``s`` keeps its statistics when it is multiplied by ``(s / s_r) ** -lambda``
 (Dollar et al. 2014, section 4). ``lambda`` is about 0 for colour and measured for gradients
-(:func:`tsr_engine.training.lambdas.measure_lambdas`). Approximated levels come from the nearest computed one, on a
+(:func:`tsr_engine.training.power_law.measure_lambdas`). Approximated levels come from the nearest computed one, on a
 logarithmic axis. Two differences from the toolbox save most of the work and are part of the trained detector. Channels
 are smoothed once, before the approximation. The power law's factor does not multiply millions of cells; the scan
 divides the trees' thresholds by ``Level.gains`` instead.
@@ -21,11 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import CHANNELS
-from tsr_engine.channels.enlarge import enlarge, fits
-from tsr_engine.channels.packing import pack, unpack
+from tsr_engine.channels.interleaving import deinterleave, interleave
 from tsr_engine.channels.quantise import plane_bytes
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.channels.smooth import smooth
+from tsr_engine.channels.upsample import is_three_halves, upsample
 from tsr_engine.records import Picture
 
 Band = tuple[float, float]
@@ -58,7 +58,7 @@ class PyramidPlan:
                 f"{self.computed_per_octave} instead."
             )
 
-    def families(self, count: int) -> Iterator[tuple[int, list[int]]]:
+    def computed_groups(self, count: int) -> Iterator[tuple[int, list[int]]]:
         """Index of each computed scale, with the indices of all scales nearest to it.
 
         Ties go to the finer computed scale, which holds more detail.
@@ -68,10 +68,10 @@ class PyramidPlan:
         """
         step = self.per_octave // self.computed_per_octave
         last = (count - 1) // step * step
-        for near in range(0, last + 1, step):
-            low = near - (step - 1) // 2
-            high = near + step // 2 if near < last else count - 1
-            yield near, list(range(max(0, low), min(high, count - 1) + 1))
+        for computed in range(0, last + 1, step):
+            low = computed - (step - 1) // 2
+            high = computed + step // 2 if computed < last else count - 1
+            yield computed, list(range(max(0, low), min(high, count - 1) + 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ class Level:
     gains: NDArray[np.float64]
     """Shape (10,): factor by which the power law corrects each channel; 1 for computed levels."""
 
-    def corrected(self, cells: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def with_gains(self, cells: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Cells, shape (10, ...), multiplied by the gains, rounded down and clipped.
 
         A comparison of these with a whole threshold ``t`` equals one of ``cells`` with ``ceil(t / gain)``.
@@ -112,8 +112,8 @@ def build_pyramid(
     scales: Sequence[float] | NDArray[np.float64],
     plan: PyramidPlan,
     bands: Sequence[Band | None] | None = None,
-    chain: int = 0,
-    chains: int = 1,
+    part: int = 0,
+    parts: int = 1,
     border: int = 0,
     scratch: Scratch | None = None,
 ) -> Iterator[Level]:
@@ -126,30 +126,30 @@ def build_pyramid(
         plan: the pyramid's scales.
         bands: rows that each scale needs, or None to leave out the level; unset: all rows of all levels. A computed
             level covers the bands of all levels that are approximated from it.
-        chain: part of the work to do, in ``range(chains)``.
-        chains: number of parts, for several cores. Each of the largest computed levels is one part, with the levels
+        part: part of the work to do, in ``range(parts)``.
+        parts: number of parts, for several cores. Each of the largest computed levels is one part, with the levels
             approximated from it; all others are the last part.
         border: replicated cells around each level.
         scratch: working memory; the next level then overwrites a level's cells. Unset: each level owns its cells.
     """
     lambdas = np.asarray(plan.lambdas)
-    pictures = _Halves(picture, float(scales[0]) if len(scales) else 1.0, scratch or Scratch())
-    wanted: Sequence[Band | None] = [(0.0, float(picture.shape[0]))] * len(scales) if bands is None else bands
-    for number, (near, members) in enumerate(plan.families(len(scales))):
-        needed = {i: band for i in members if (band := wanted[i]) is not None}
-        if min(number, chains - 1) != chain or not needed:
+    pictures = _ResizedPictures(picture, float(scales[0]) if len(scales) else 1.0, scratch or Scratch())
+    rows_needed: Sequence[Band | None] = [(0.0, float(picture.shape[0]))] * len(scales) if bands is None else bands
+    for number, (computed, members) in enumerate(plan.computed_groups(len(scales))):
+        needed = {i: band for i in members if (band := rows_needed[i]) is not None}
+        if min(number, parts - 1) != part or not needed:
             continue
         band = (min(b[0] for b in needed.values()), max(b[1] for b in needed.values()))
-        source = _computed(pictures, near, float(scales[near]), plan, band, border, scratch or Scratch())
+        source = _compute_level(pictures, computed, float(scales[computed]), plan, band, border, scratch or Scratch())
         if source is None:
             return
         height, width = source.cells.shape[1] - 2 * border, source.cells.shape[2] - 2 * border
-        packed = pack(source.cells, border, scratch) if len(needed) > 1 else []
+        packed = interleave(source.cells, border, scratch) if len(needed) > 1 else []
         for index in needed:
-            if index == near:
+            if index == computed:
                 yield source
                 continue
-            ratio = float(scales[index] / scales[near])
+            ratio = float(scales[index] / scales[computed])
             rows, columns = int(height * ratio), int(width * ratio)
             if min(rows, columns) < 1:
                 continue
@@ -165,7 +165,7 @@ def build_pyramid(
             )
 
 
-class _Halves:
+class _ResizedPictures:
     """A picture's planes (3, h, w), resized; below the first octave each size is half of the size an octave above.
 
     Every part of the work does the same, even if it needs a larger size only to halve it. So all parts get the same
@@ -177,47 +177,47 @@ class _Halves:
         self.height, self.width = picture.shape[:2]
         self._planes = scratch.array("planes", (3, self.height, self.width), np.uint8)
         cv2.split(picture, list(self._planes))
-        self._made: dict[float, NDArray[np.uint8]] = {}
+        self._by_scale: dict[float, NDArray[np.uint8]] = {}
 
     def at(self, scale: float) -> NDArray[np.uint8]:
         """The planes at a scale; sizes are rounded down."""
-        known = next((p for s, p in self._made.items() if abs(s / scale - 1.0) < 1e-6), None)
-        if known is not None:
-            return known
+        cached = next((p for s, p in self._by_scale.items() if abs(s / scale - 1.0) < 1e-6), None)
+        if cached is not None:
+            return cached
         if 2.0 * scale <= self._top * (1.0 + 1e-6):
-            made = self._half(self.at(2.0 * scale), scale)
+            resized = self._half(self.at(2.0 * scale), scale)
         else:
-            base, reached = self._planes, 0.5
-            while scale <= reached + 1e-9:
-                base, reached = self._half(base, reached), reached / 2
+            base, halved_scale = self._planes, 0.5
+            while scale <= halved_scale + 1e-9:
+                base, halved_scale = self._half(base, halved_scale), halved_scale / 2
             size = (int(self.width * scale), int(self.height * scale))
-            made = base
+            resized = base
             if size != (base.shape[2], base.shape[1]):
-                made = self._room(scale, size)
-                if fits(base, size):
-                    half = self._made[scale / 2] = self._room(scale / 2, (size[0] // 2, size[1] // 2))
-                    enlarge(base, made, half)
+                resized = self._buffer(scale, size)
+                if is_three_halves(base, size):
+                    half = self._by_scale[scale / 2] = self._buffer(scale / 2, (size[0] // 2, size[1] // 2))
+                    upsample(base, resized, half)
                 else:
-                    for source, target in zip(base, made, strict=True):
+                    for source, target in zip(base, resized, strict=True):
                         cv2.resize(source, size, dst=target)
-        self._made = {s: p for s, p in self._made.items() if s < 4 * scale}
-        self._made[scale] = made
-        return made
+        self._by_scale = {s: p for s, p in self._by_scale.items() if s < 4 * scale}
+        self._by_scale[scale] = resized
+        return resized
 
     def _half(self, planes: NDArray[np.uint8], scale: float) -> NDArray[np.uint8]:
         """Means of 2 x 2 px."""
         h, w = planes.shape[1] // 2, planes.shape[2] // 2
-        made = self._room(scale, (w, h))
-        for source, target in zip(planes, made, strict=True):
+        halved = self._buffer(scale, (w, h))
+        for source, target in zip(planes, halved, strict=True):
             cv2.resize(source[: 2 * h, : 2 * w], (w, h), dst=target, interpolation=cv2.INTER_AREA)
-        return made
+        return halved
 
-    def _room(self, scale: float, size: tuple[int, int]) -> NDArray[np.uint8]:
+    def _buffer(self, scale: float, size: tuple[int, int]) -> NDArray[np.uint8]:
         return self._scratch.array(f"planes at {scale:.6f}", (3, size[1], size[0]), np.uint8)
 
 
-def _computed(
-    pictures: _Halves,
+def _compute_level(
+    pictures: _ResizedPictures,
     index: int,
     scale: float,
     plan: PyramidPlan,
@@ -238,19 +238,19 @@ def _computed(
     if last - first < cell:
         return None
     shape = (CHANNELS, (last - first) // cell, columns // cell)
-    rough = plane_bytes(planes[:, first:last], cell, scratch.array("rough", shape, np.uint8))
+    unsmoothed = plane_bytes(planes[:, first:last], cell, scratch.array("rough", shape, np.uint8))
     bordered = (CHANNELS, shape[1] + 2 * border, shape[2] + 2 * border)
-    cells = smooth(rough, border, scratch.array("computed", bordered, np.uint8))
+    cells = smooth(unsmoothed, border, scratch.array("computed", bordered, np.uint8))
     return Level(index, cells, scale_x, scale_y, first / scale_y, True, np.ones(CHANNELS))
 
 
 def resample(
-    packed: Sequence[NDArray[np.uint8]], rows: int, columns: int, border: int = 0, scratch: Scratch | None = None
+    interleaved: Sequence[NDArray[np.uint8]], rows: int, columns: int, border: int = 0, scratch: Scratch | None = None
 ) -> NDArray[np.uint8]:
     """Resample channels bilinearly.
 
     Args:
-        packed: arrays of :func:`packing.pack`.
+        interleaved: arrays of :func:`interleaving.interleave`.
         rows: number of rows of the result.
         columns: number of columns of the result.
         border: replicated cells around the result.
@@ -260,14 +260,14 @@ def resample(
         Shape (channels, rows + 2 border, columns + 2 border), uint8, with the bits of each channel resampled alone.
     """
     scratch = scratch or Scratch()
-    shape = (sum(part.shape[2] for part in packed), rows + 2 * border, columns + 2 * border)
+    shape = (sum(part.shape[2] for part in interleaved), rows + 2 * border, columns + 2 * border)
     out = scratch.array("resampled", shape, np.uint8)
-    room = scratch.array("resampled, interleaved", (shape[0] * rows * columns,), np.uint8)
+    buffer = scratch.array("resampled, interleaved", (shape[0] * rows * columns,), np.uint8)
     first = 0
-    for part in packed:
+    for part in interleaved:
         last = first + rows * columns * part.shape[2]
-        target = room[first:last].reshape(rows, columns, part.shape[2])
+        target = buffer[first:last].reshape(rows, columns, part.shape[2])
         cv2.resize(part, (columns, rows), dst=target, interpolation=cv2.INTER_LINEAR)
         first = last
-    unpack(room, out, border)
+    deinterleave(buffer, out, border)
     return out

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 T = TypeVar("T", bound=np.generic)
 
-VIEWS_LIMIT: Final = 1000
+MAX_CACHED_VIEWS: Final = 1000
 """Number of cached views: enough for a dozen picture sizes."""
 
 
@@ -22,7 +22,7 @@ class Scratch:
     """Named arrays, made on first use. Threads must not share a ``Scratch``."""
 
     def __init__(self) -> None:
-        self._made: dict[str, NDArray[np.uint8]] = {}
+        self._buffers: dict[str, NDArray[np.uint8]] = {}
         self._views: dict[tuple[str, tuple[int, ...], type], NDArray[Any]] = {}  # Any: of the type in the key
 
     def array(self, name: str, shape: tuple[int, ...], dtype: type[T]) -> NDArray[T]:
@@ -30,12 +30,12 @@ class Scratch:
         key = (name, shape, dtype)
         view = self._views.get(key)
         if view is None:
-            wanted = math.prod(shape) * np.dtype(dtype).itemsize
-            made = self._made.get(name)
-            if made is None or made.nbytes < wanted:
-                made = self._made[name] = np.empty(wanted, np.uint8)
+            size = math.prod(shape) * np.dtype(dtype).itemsize
+            buffer = self._buffers.get(name)
+            if buffer is None or buffer.nbytes < size:
+                buffer = self._buffers[name] = np.empty(size, np.uint8)
                 self._views = {known: kept for known, kept in self._views.items() if known[0] != name}
-            elif len(self._views) >= VIEWS_LIMIT:
+            elif len(self._views) >= MAX_CACHED_VIEWS:
                 self._views.clear()
-            view = self._views[key] = made[:wanted].view(dtype).reshape(shape)
+            view = self._views[key] = buffer[:size].view(dtype).reshape(shape)
         return view

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from tsr_engine.rows import copy_row
+from tsr_engine.row_copy import copy_row
 
 
 def smooth(cells: NDArray[np.uint8], border: int = 0, out: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
@@ -43,14 +43,14 @@ def replicate(cells, border):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _down(above, here, below, out):  # type: ignore[no-untyped-def]
+def _smooth_down(above, here, below, out):  # type: ignore[no-untyped-def]
     """Adds three rows (w,) of bytes with weights [1 2 1], to sums of at most 1020."""
     for x in range(out.shape[0]):
         out[x] = np.uint16(above[x]) + np.uint16(2) * np.uint16(here[x]) + np.uint16(below[x])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _along(padded, out):  # type: ignore[no-untyped-def]
+def _smooth_across(padded, out):  # type: ignore[no-untyped-def]
     """Filters a row of sums (w + 2,) by [1 2 1]/16, to bytes (w,)."""
     left, here, right = padded[:-2], padded[1:-1], padded[2:]
     for x in range(out.shape[0]):
@@ -64,7 +64,7 @@ def _smooth(cells, border, out):  # type: ignore[no-untyped-def]
     sums = np.empty(w + 2, np.uint16)
     for c in range(channels):
         for y in range(h):
-            _down(cells[c, max(y - 1, 0)], cells[c, y], cells[c, min(y + 1, h - 1)], sums[1 : w + 1])
+            _smooth_down(cells[c, max(y - 1, 0)], cells[c, y], cells[c, min(y + 1, h - 1)], sums[1 : w + 1])
             sums[0], sums[w + 1] = sums[1], sums[w]
-            _along(sums, out[c, y + border, border : border + w])
+            _smooth_across(sums, out[c, y + border, border : border + w])
     replicate(out, border)

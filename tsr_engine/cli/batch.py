@@ -27,8 +27,8 @@ from tsr_engine.cli.common import (
     say,
 )
 from tsr_engine.cli.progress import CompilationNote
-from tsr_engine.counted import counted
 from tsr_engine.errors import InputError, UsageError
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from tsr_engine.batch.run import BatchProgress, BatchRequest
@@ -110,8 +110,8 @@ def batch(
         print_json(summary)
     else:
         typer.echo(
-            f"{counted(summary['done'], 'drive')} done, {summary['failed']} failed, {summary['waiting']} waiting; "
-            f"{counted(sum(summary['signs'].values()), 'sign')} in {counted(summary['frames'], 'frame')}. "
+            f"{plural(summary['done'], 'drive')} done, {summary['failed']} failed, {summary['waiting']} waiting; "
+            f"{plural(sum(summary['signs'].values()), 'sign')} in {plural(summary['frames'], 'frame')}. "
             f"See {out / SUMMARY_HTML}."
         )
     if stopped():
@@ -119,9 +119,7 @@ def batch(
     for failure in summary["failures"]:
         say(f"{failure['drive']}: {failure['error']}")
     if summary["failed"]:
-        raise InputError(
-            f"{counted(summary['failed'], 'drive')} failed; the others are done. See {out / SUMMARY_HTML}."
-        )
+        raise InputError(f"{plural(summary['failed'], 'drive')} failed; the others are done. See {out / SUMMARY_HTML}.")
 
 
 def batch_request(
@@ -220,7 +218,7 @@ class BatchProgressPrinter:
         self._last = time.monotonic()
         rate = "" if at.rate is None else f", {at.rate:.0f} frames/s"
         left = "" if at.remaining is None or ended else f", {_duration(at.remaining)} left"
-        say(f"{at.done + at.failed} of {counted(at.total, 'drive')}, {at.failed} failed{rate}{left}.")
+        say(f"{at.done + at.failed} of {plural(at.total, 'drive')}, {at.failed} failed{rate}{left}.")
 
 
 def _duration(seconds: float) -> str:

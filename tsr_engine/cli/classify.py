@@ -18,8 +18,8 @@ from tsr_engine.cli.common import (
     print_json,
     say,
 )
-from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
+from tsr_engine.plural import plural
 
 __all__ = ["BATCH_SIZE", "classify"]
 
@@ -98,7 +98,7 @@ def classify(
         print_json({**counts, "accuracy": accuracy, "interrupted": interrupted, "csv": str(csv)})
     else:
         agree = f", {right / known:.2%} of {known} labelled ones agree with their table" if known else ""
-        typer.echo(f"{counted(done, 'crop')}{agree}: {csv}")
+        typer.echo(f"{plural(done, 'crop')}{agree}: {csv}")
     refused = f"{unreadable} of {seen} crops could not be read; the others are in {csv}."
     if interrupted:
         leave_interrupted(f"{seen} of {len(items)} crops are done. {refused if unreadable else f'See {csv}.'}")

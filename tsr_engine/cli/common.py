@@ -118,7 +118,7 @@ def split_settings(settings: Sequence[str]) -> list[tuple[str, object]]:
     Raises:
         UsageError: one of them has no name or no ``=``, or an old switch is neither true nor false.
     """
-    from tsr_engine.params.renamed import present_setting, rename_warnings
+    from tsr_engine.params.aliases import current_setting, rename_warnings
 
     pairs = []
     for text in settings:
@@ -128,7 +128,7 @@ def split_settings(settings: Sequence[str]) -> list[tuple[str, object]]:
         pairs.append((name.strip(), value.strip()))
     for warning in rename_warnings(name for name, _ in pairs):
         say(warning)
-    return [present_setting(name, value) for name, value in pairs]
+    return [current_setting(name, value) for name, value in pairs]
 
 
 def size_of(text: str, option: str, example: str) -> tuple[int, int]:
@@ -222,7 +222,7 @@ class ParameterCommand(TyperCommand):
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:  # Any: typer's parser is private
         """Append one line per parameter: name, default, range."""
-        from tsr_engine.params.rows import parameter_rows
+        from tsr_engine.params.parameter_table import parameter_rows
 
         super().format_epilog(ctx, formatter)
         section = ""

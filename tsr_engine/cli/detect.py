@@ -23,9 +23,9 @@ from tsr_engine.cli.common import (
     print_json,
     say,
 )
-from tsr_engine.counted import counted
 from tsr_engine.errors import InputError
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from tsr_engine.detection.other_shapes import OtherShapes
@@ -102,7 +102,7 @@ def detect(
         counts = {"pictures": read, "unreadable": unreadable, "detections": found}
         print_json({**counts, "interrupted": interrupted, "jsonl": str(jsonl)})
     else:
-        typer.echo(f"{counted(found, 'detection')} in {counted(read, 'picture')}: {jsonl}")
+        typer.echo(f"{plural(found, 'detection')} in {plural(read, 'picture')}: {jsonl}")
     rest = f"the others are in {jsonl}" if read else f"{jsonl} has no line"
     refused = f"{unreadable} of {done} pictures could not be read; {rest}."
     if interrupted:

@@ -199,7 +199,7 @@ def _models(folder: Path) -> Iterator[Check]:
 
 def _labels(keys: list[str]) -> str:
     """The number of a classifier's labels, and the shipped signs that it lacks."""
-    lacking = [label.key for label in classes_of_keys(keys, shipped_set(DEFAULT)).lacking()]
+    lacking = [label.key for label in classes_of_keys(keys, shipped_set(DEFAULT)).labels_without_class()]
     if not lacking:
         return f"{len(keys)}; all of {DEFAULT}"
     return f"{len(keys)}; of {DEFAULT} it lacks {len(lacking)}: {', '.join(lacking)}"

@@ -20,7 +20,7 @@ __all__ = ["check_output_folder", "held_out_scenes", "select_crops", "track_with
 def held_out_scenes(scenes: list[Scene], models: Path | None) -> list[Scene]:
     """The scenes that training held out for figures."""
     from tsr_engine.io.models import load_component
-    from tsr_engine.training.offline import split_scenes
+    from tsr_engine.training.detector_components import split_scenes
 
     component = load_component("detector", models)
     trained = dict(component.data.get("scenes", {})).get("scenes")
@@ -49,9 +49,9 @@ def track_without_files(video: Path, params: Params, models: Path | None, title:
     import tempfile
 
     from tsr_engine.cli.progress import progress_bar, rate_text
-    from tsr_engine.evaluation.tracking_rows import read_results
+    from tsr_engine.evaluation.track_tables import read_results
     from tsr_engine.pipeline import load_components
-    from tsr_engine.runs.live import RunRequest, track_video
+    from tsr_engine.runs.track_video import RunRequest, track_video
 
     with tempfile.TemporaryDirectory() as folder, progress_bar(title, "frames") as show:
         csv = Path(folder) / "rows.csv"
@@ -59,7 +59,7 @@ def track_without_files(video: Path, params: Params, models: Path | None, title:
             RunRequest(video, params, csv=csv),
             load_components(params, models),
             progress=lambda at: show(at.done, at.total, rate_text(at.rate)),
-            aiming=lambda looked, most: show(looked, most, "to find where the camera points"),
+            focus_progress=lambda looked, most: show(looked, most, "to find where the camera points"),
         )
         for warning in report.warnings:
             say(f"warning: {warning}")

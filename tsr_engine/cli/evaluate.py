@@ -31,10 +31,10 @@ from tsr_engine.cli.eval_data import (
 )
 from tsr_engine.cli.eval_videos import find_annotated_videos, find_ground_truth, find_results, keep_readable
 from tsr_engine.cli.tracking_table import print_summaries
-from tsr_engine.counted import counted
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.recognition.catalogue import CLASS_NAMES
+from tsr_engine.plural import plural
+from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.runs.report_json import class_name
 
 __all__ = ["app"]
@@ -87,8 +87,8 @@ def tracking(
     tells = {"--kf-alone": kf_alone, "--preset": preset != "default", "--set": settings, "--models": models}
     if results is not None and (useless := [option for option, given in tells.items() if given]):
         raise UsageError(f"{useless[0]} says how to track, and --results has it done. Leave one of them out.")
+    from tsr_engine.evaluation.track_tables import read_clip_truth, read_results
     from tsr_engine.evaluation.tracking import evaluate_video, summarise
-    from tsr_engine.evaluation.tracking_rows import read_clip_truth, read_results
 
     check_output_folder(out)
     found = [(video, find_ground_truth(video, truth)) for video in find_annotated_videos(videos, truth)]
@@ -240,7 +240,7 @@ def fusion(
         if frames in (1, 2, 3, 5, 8, 12, 16, 20, 25, report.frames[-1]):
             table.add_row(str(frames), *(f"{rates[i]:.4f}" for rates in report.rates.values()))
     console = out_console()
-    console.print(f"{counted(report.tracks, 'track')}; {report.single:.4f} of their single crops are right.")
+    console.print(f"{plural(report.tracks, 'track')}; {report.single:.4f} of their single crops are right.")
     console.print(table)
 
 

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tsr_engine.cli.common import ModelsOption, existing, say
-from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 from tsr_engine.io.video_kinds import KIND_NAMES
 from tsr_engine.json_shapes import JsonMapping
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from tsr_engine.follow import Anchor, Direction, Ending, Proposal
@@ -64,7 +64,7 @@ def follow(
     from tsr_engine.cli.interrupt import leave_interrupted, stop_on_interrupt
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.follow import Ending
-    from tsr_engine.following import follow_video, load_follower
+    from tsr_engine.follow_video import follow_video, load_follower
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
 
     refuse_inputs([csv], [existing(video, "video")])
@@ -89,7 +89,7 @@ def follow(
     elif csv is not None:
         reasons = " ".join(ending.sentence for ending in endings)
         span = f"{ordered[0].frame} to {ordered[-1].frame}"
-        typer.echo(f"{csv}: {counted(len(ordered), 'frame')}, {span}. {reasons}")
+        typer.echo(f"{csv}: {plural(len(ordered), 'frame')}, {span}. {reasons}")
     else:
         for line in table_lines(ordered):
             typer.echo(line)

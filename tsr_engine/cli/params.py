@@ -26,7 +26,7 @@ def params(
       tsr params --preset paper --changed
       tsr params --json | jq '.[].name'
     """
-    from tsr_engine.params.rows import parameter_rows
+    from tsr_engine.params.parameter_table import parameter_rows
 
     rows = parameter_rows(preset)
     if changed:

@@ -47,10 +47,10 @@ def progress_bar(title: str, unit: str) -> Iterator[ShowProgress]:
     Yields:
         A function to call with the number done, the total if known, and the rate as text.
     """
-    from tsr_engine.compiling import reporting_compilation, watching_compilation
+    from tsr_engine.compilation import report_compilation, watch_compilation
 
     if not sys.stderr.isatty():
-        with reporting_compilation(CompilationNote(), _POLL_INTERVAL_S):
+        with report_compilation(CompilationNote(), _POLL_INTERVAL_S):
             yield lambda done, total, rate: None
         return
     from rich.console import Console, RenderableType
@@ -74,7 +74,7 @@ def progress_bar(title: str, unit: str) -> Iterator[ShowProgress]:
                 yield Text(f"{note} ...")
 
     with (
-        watching_compilation() as note_now,
+        watch_compilation() as note_now,
         Bar(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as bar,
     ):
         task = bar.add_task(title, total=None, rate="")

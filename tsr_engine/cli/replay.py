@@ -21,9 +21,9 @@ from tsr_engine.cli.common import (
     split_settings,
 )
 from tsr_engine.cli.replay_bundle import replay_bundle_file
-from tsr_engine.counted import counted
 from tsr_engine.errors import EvidenceError, UsageError
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from tsr_engine.params import Params
@@ -105,7 +105,7 @@ def replay(
         if not other_models:
             check_models(reader, components, params)
         if reader.state != "complete":
-            replayed = counted(len(reader), "frame is", "frames are")
+            replayed = plural(len(reader), "frame is", "frames are")
             say(f"warning: the run in {evidence} is {reader.state}: {replayed} replayed.")
     report, results = ReplayReport(), ResultStream()
     with progress_bar("replaying", "frames") as show, stop_on_interrupt() as stopped:
@@ -126,12 +126,12 @@ def replay(
     else:
         print_report(report, changed)
     if not changed and not other_models and report.identical != report.frames:
-        other = counted(report.frames - report.identical, "frame differs", "frames differ")
+        other = plural(report.frames - report.identical, "frame differs", "frames differ")
         say(f"warning: {other} from the run, first at {report.first_difference}.")
     if report.missing_pixels:
         say(
-            f"warning: the evidence lacks {counted(report.missing_pixels, 'pixel')} in "
-            f"{counted(report.missing_frames, 'frame')}; the nearest stored ones were used. "
+            f"warning: the evidence lacks {plural(report.missing_pixels, 'pixel')} in "
+            f"{plural(report.missing_frames, 'frame')}; the nearest stored ones were used. "
             "Track again with a larger keep_radius for exact results."
         )
 
@@ -179,8 +179,8 @@ def print_report(report: ReplayReport, changed: list[str]) -> None:
     console = out_console()
     what = ", ".join(changed) if changed else "no parameter changed"
     console.print(
-        f"{counted(report.frames, 'frame')} replayed in {report.seconds:.1f} s ({what}); "
-        f"{counted(report.identical, 'is', 'are')} identical.",
+        f"{plural(report.frames, 'frame')} replayed in {report.seconds:.1f} s ({what}); "
+        f"{plural(report.identical, 'is', 'are')} identical.",
         soft_wrap=True,
     )
     if report.tracks:

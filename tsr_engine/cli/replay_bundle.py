@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from tsr_engine.cli.common import out_console, print_json, say, split_settings
-from tsr_engine.counted import counted
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from tsr_engine.bundle import Bundle, BundleReplay
@@ -143,7 +143,7 @@ def print_report(report: BundleReplay, bundle: Bundle) -> None:
 def _frames_run(report: BundleReplay) -> str:
     """The number of frames run, with the lead-in if there is one."""
     leading = report.frames - report.judged
-    return f"{counted(report.frames, 'frame')} run" + (f" ({leading} of them to lead in)" if leading > 0 else "")
+    return f"{plural(report.frames, 'frame')} run" + (f" ({leading} of them to lead in)" if leading > 0 else "")
 
 
 def _reproduction(report: BundleReplay, whole: bool) -> str:

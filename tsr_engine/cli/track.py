@@ -25,14 +25,14 @@ from tsr_engine.cli.common import (
     print_json,
     say,
 )
-from tsr_engine.counted import counted
 from tsr_engine.io.video_kinds import KIND_NAMES
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from tsr_engine.pipeline import TrackSummary
-    from tsr_engine.runs.live import RunReport
+    from tsr_engine.runs.track_video import RunReport
 
 __all__ = ["track"]
 
@@ -92,7 +92,7 @@ def track(
     from tsr_engine.io.cores import usable_cores
     from tsr_engine.io.video_probe import check_file
     from tsr_engine.pipeline import load_components
-    from tsr_engine.runs.live import Progress, RunRequest, track_video
+    from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 
     check_file(video)
     components = load_components(params, models, network)
@@ -112,7 +112,7 @@ def track(
                 request,
                 components,
                 progress=show_rate,
-                aiming=lambda looked, most: show(looked, most, "looked at for where the camera points"),
+                focus_progress=lambda looked, most: show(looked, most, "looked at for where the camera points"),
                 stop=stopped,
             )
         except KeyboardInterrupt:  # a second Ctrl-C, within a frame
@@ -144,8 +144,8 @@ def print_report(report: RunReport, timing: bool) -> None:
     else:
         how = "all of it from the evidence"
     console.print(
-        f"{report.video}: {counted(report.frames, 'frame')} of {report.width}x{report.height}, "
-        f"{counted(len(report.tracks), 'sign')}, {how}",
+        f"{report.video}: {plural(report.frames, 'frame')} of {report.width}x{report.height}, "
+        f"{plural(len(report.tracks), 'sign')}, {how}",
         soft_wrap=True,
     )
     if report.focus is not None:

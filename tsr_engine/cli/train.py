@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tsr_engine.cli.common import JsonOption, out_console, print_json
-from tsr_engine.counted import counted
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.extras import require_extra
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from tsr_engine.training.retrain import Report
@@ -259,7 +259,7 @@ def _train_from_scratch(
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.models import component_path, save_component
     from tsr_engine.training.network_classifier import train_network
-    from tsr_engine.training.whole import train_component
+    from tsr_engine.training.train_parts import train_component
 
     figures: JsonObject = {}
     for part in parts:
@@ -323,7 +323,7 @@ def _print_refined(out: Path, report: Report) -> None:
 
     console = out_console()
     used = report.lineage["used"]
-    signs, frames = counted(used["signs"], "corrected sign"), counted(used["frames"], "frame")
+    signs, frames = plural(used["signs"], "corrected sign"), plural(used["frames"], "frame")
     console.print(f"{out}: refined from {signs} in {frames}.", soft_wrap=True)
     for key in report.lineage.get("added_labels", []):
         console.print(f"{key}: a label that the earlier version lacks, now read.", soft_wrap=True)

@@ -18,30 +18,30 @@ from tsr_engine.channels.compute import check_picture
 from tsr_engine.channels.pyramid import Band, Level, PyramidPlan, build_pyramid, level_scales
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.detection.log_odds import LogOdds
-from tsr_engine.detection.merging import merge
 from tsr_engine.detection.nms import suppress
-from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
+from tsr_engine.detection.prior import SpatialPrior, effective_weight, with_prior
 from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.detection.refine.box_refinement import BoxRefinement
 from tsr_engine.detection.refine.sign_verifier import SignVerifier
 from tsr_engine.detection.refine.stage import RefineStage
 from tsr_engine.detection.scan import ScanNodes, prepare, scan_level
-from tsr_engine.detection.schedule import bands_in_turn, rows_of
+from tsr_engine.detection.scan_schedule import bands_of_frame, rows_of
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
-from tsr_engine.geometry.boxes import LEAST_SIDE, clip, iou, shorter_side
+from tsr_engine.detection.window_merging import merge_windows
+from tsr_engine.geometry.boxes import MIN_SIDE, clip, iou, shorter_side
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.protocols import TrainedPart
 from tsr_engine.records import Detections, FloatArray, Picture
 
-LEVEL_LIMIT = 2000
+MAX_CANDIDATES_PER_LEVEL = 2000
 """Largest number of candidates of one level."""
-NODES_LIMIT = 400
+MAX_CACHED_LEVELS = 400
 """Number of cached levels: enough for several picture sizes."""
-_SAME_PLACE = 0.5
+_SAME_SIGN_IOU = 0.5
 """IoU from which a detection counts as the sign that was expected there."""
-_OVERLAP = 0.75
+_STRIP_OVERLAP = 0.75
 """Overlap of the strips of a scan in turn, on each side, in windows: half a window and the filters' reach."""
 
 
@@ -174,8 +174,8 @@ class AcfDetector:
         self.nested = nested
         self.box_inset = BoxInset.of(self.params)
         self.window = model.window.reaching(self.params.beyond_edge)
-        self._prepared: dict[tuple[int, int, int], ScanNodes] = {}
-        self._own = local()
+        self._nodes: dict[tuple[int, int, int], ScanNodes] = {}
+        self._thread_local = local()
         self._pool = ThreadPoolExecutor(1, "tsr-scan") if self.params.second_core else None
 
     @classmethod
@@ -199,7 +199,7 @@ class AcfDetector:
     @property
     def prior_weight(self) -> float:
         """``lambda`` of Eq. 2: the parameter's value, or the learned one; 0 if the prior is off."""
-        return weight_in_force(self.prior, self.prior_params)
+        return effective_weight(self.prior, self.prior_params)
 
     def detect(self, picture: Picture) -> Detections:
         """Detections of one BGR picture, best final score first.
@@ -210,13 +210,13 @@ class AcfDetector:
         Raises:
             ValueError: the picture is not uint8 of shape (h, w, 3), or has no pixel.
         """
-        return self._detected(picture, self._pool)
+        return self._detect(picture, self._pool)
 
-    def detect_alone(self, picture: Picture) -> Detections:
+    def detect_single_core(self, picture: Picture) -> Detections:
         """:meth:`detect` on the calling thread alone, for callers that have a picture for each core."""
-        return self._detected(picture, None)
+        return self._detect(picture, None)
 
-    def detect_in_turn(self, picture: Picture, frame: int) -> Detections:
+    def detect_part(self, picture: Picture, frame: int) -> Detections:
         """Detections in the part of a picture that the schedule searches in frame number ``frame``.
 
         ``scan_turns`` frames cover all scales and rows once; :meth:`revisit` adds the signs that are known already.
@@ -225,7 +225,7 @@ class AcfDetector:
         Raises:
             ValueError: the picture is not uint8 of shape (h, w, 3), or has no pixel.
         """
-        return self._detected(picture, None, frame)
+        return self._detect(picture, None, frame)
 
     def revisit(self, picture: Picture, found: Detections, expected: FloatArray) -> Detections:
         """Detections of :meth:`detect_in_turn`, and of expected signs that it did not find.
@@ -239,36 +239,36 @@ class AcfDetector:
         """
         size = np.tile(expected[:, 2:] - expected[:, :2], 2)
         outside = np.concatenate([-expected[:, :2], expected[:, 2:] - picture.shape[1::-1]], axis=1)
-        searched = (outside <= self.params.beyond_edge * size).all(axis=1)
-        places = expected[searched & (iou(expected, found.boxes) < _SAME_PLACE).all(axis=1)]
-        if not len(places):
+        is_searchable = (outside <= self.params.beyond_edge * size).all(axis=1)
+        missed = expected[is_searchable & (iou(expected, found.boxes) < _SAME_SIGN_IOU).all(axis=1)]
+        if not len(missed):
             return found
-        more = self._judged(picture, self.box_inset.undo(places), np.zeros(len(places)))
-        return self._best(found.joined(more))
+        revisited = self._refine_candidates(picture, self.box_inset.undo(missed), np.zeros(len(missed)))
+        return self._suppress(found.joined(revisited))
 
-    def _detected(self, picture: Picture, pool: ThreadPoolExecutor | None, frame: int | None = None) -> Detections:
+    def _detect(self, picture: Picture, pool: ThreadPoolExecutor | None, frame: int | None = None) -> Detections:
         check_picture(picture)
-        return self._best(self._judged(picture, *self._candidates(picture, pool, frame)))
+        return self._suppress(self._refine_candidates(picture, *self._candidates(picture, pool, frame)))
 
-    def _judged(self, picture: Picture, boxes: FloatArray, cascade: FloatArray) -> Detections:
+    def _refine_candidates(self, picture: Picture, boxes: FloatArray, cascade: FloatArray) -> Detections:
         """Detections of candidates (n, 4) with cascade scores (n,), in their order, before suppression."""
         height, width = picture.shape[:2]
         refined, raw = self.model.refine(picture, boxes, cascade)
-        likely = raw >= self.params.keep_score
-        refined = self.model.box_refinement.refine(picture, refined[likely], self.params.refine_passes)
+        is_likely = raw >= self.params.keep_score
+        refined = self.model.box_refinement.refine(picture, refined[is_likely], self.params.refine_passes)
         refined = self.box_inset.apply(refined)
-        refined, raw = clip(refined, width, height), raw[likely]
-        sane = shorter_side(refined) >= LEAST_SIDE
-        refined, raw = refined[sane], raw[sane]
+        refined, raw = clip(refined, width, height), raw[is_likely]
+        is_large_enough = shorter_side(refined) >= MIN_SIDE
+        refined, raw = refined[is_large_enough], raw[is_large_enough]
         prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(refined, width, height)
         return Detections(refined, raw, prior, with_prior(raw, prior, self.prior_weight))
 
-    def _best(self, found: Detections) -> Detections:
+    def _suppress(self, found: Detections) -> Detections:
         """The detections after suppression, best final score first."""
         return found.select(suppress(found.boxes, found.scores, self.params.final_overlap))
 
     def candidates(self, picture: Picture) -> tuple[FloatArray, FloatArray]:
-        """Merged candidates of the cascade: boxes (n, 4) and scores (n,), best first; see :func:`merging.merge`."""
+        """Merged candidates of the cascade: boxes (n, 4) and scores (n,), best first; see :mod:`window_merging`."""
         return self._candidates(picture, self._pool)
 
     def _candidates(
@@ -276,7 +276,7 @@ class AcfDetector:
     ) -> tuple[FloatArray, FloatArray]:
         scales, bands = self.search(picture.shape[1], picture.shape[0])
         if frame is not None and self.params.scan_turns > 1 and len(scales):
-            boxes, scores = self._scan_in_turn(picture, scales, bands, frame)
+            boxes, scores = self._scan_part(picture, scales, bands, frame)
         elif pool is None:
             boxes, scores = self._scan(picture, scales, bands, 0, 1)
         else:
@@ -284,14 +284,14 @@ class AcfDetector:
             boxes, scores = self._scan(picture, scales, bands, 0, 2)
             more_boxes, more_scores = other.result()
             boxes, scores = np.concatenate([boxes, more_boxes]), np.concatenate([scores, more_scores])
-        return merge(boxes, scores, self.params.first_overlap, self.params.refine_limit, self.nested)
+        return merge_windows(boxes, scores, self.params.first_overlap, self.params.refine_limit, self.nested)
 
-    def _scan_in_turn(
+    def _scan_part(
         self, picture: Picture, scales: FloatArray, bands: list[Band], frame: int
     ) -> tuple[FloatArray, FloatArray]:
-        _, smallest = next(self.model.plan.families(len(scales)))
-        reach = [_OVERLAP * self.model.window.side / scale for scale in scales]
-        searched = bands_in_turn(bands, smallest, reach, frame, self.params.scan_turns)
+        _, smallest = next(self.model.plan.computed_groups(len(scales)))
+        reach = [_STRIP_OVERLAP * self.model.window.side / scale for scale in scales]
+        searched = bands_of_frame(bands, smallest, reach, frame, self.params.scan_turns)
         first, last = rows_of(searched, picture.shape[0])
         if first >= last:
             return np.zeros((0, 4)), np.zeros(0)
@@ -314,36 +314,36 @@ class AcfDetector:
             bands.append((low * height, high * height))
         return scales, bands
 
-    def prepared(self, level: Level) -> ScanNodes:
+    def nodes_for(self, level: Level) -> ScanNodes:
         """The cascade's nodes for a level, cached, because every picture of a video has the same levels."""
         key = (level.index, level.cells.shape[1], level.cells.shape[2])
-        nodes = self._prepared.get(key)
+        nodes = self._nodes.get(key)
         if nodes is None:
-            if len(self._prepared) > NODES_LIMIT:
-                self._prepared.clear()
+            if len(self._nodes) > MAX_CACHED_LEVELS:
+                self._nodes.clear()
             nodes = prepare(self.model.cascade, level.cells.shape[1], level.cells.shape[2], level.gains)
-            self._prepared[key] = nodes
+            self._nodes[key] = nodes
         return nodes
 
     def _scratch(self) -> Scratch:
         """Working memory of the calling thread."""
-        if not hasattr(self._own, "scratch"):
-            self._own.scratch = Scratch()
-        scratch: Scratch = self._own.scratch
+        if not hasattr(self._thread_local, "scratch"):
+            self._thread_local.scratch = Scratch()
+        scratch: Scratch = self._thread_local.scratch
         return scratch
 
     def _scan(
-        self, picture: Picture, scales: FloatArray, bands: Sequence[Band | None], chain: int, chains: int
+        self, picture: Picture, scales: FloatArray, bands: Sequence[Band | None], part: int, parts: int
     ) -> tuple[FloatArray, FloatArray]:
         window = self.window
         boxes, scores = [np.zeros((0, 4))], [np.zeros(0)]
-        levels = build_pyramid(picture, scales, self.model.plan, bands, chain, chains, window.pad, self._scratch())
+        levels = build_pyramid(picture, scales, self.model.plan, bands, part, parts, window.pad, self._scratch())
         for level in levels:
-            y, x, score = scan_level(level.cells, self.model.cascade, self.params.dense_trees, self.prepared(level))
+            y, x, score = scan_level(level.cells, self.model.cascade, self.params.dense_trees, self.nodes_for(level))
             if not len(y):
                 continue
-            if len(y) > LEVEL_LIMIT:
-                best = np.sort(np.argpartition(-score, LEVEL_LIMIT)[:LEVEL_LIMIT])
+            if len(y) > MAX_CANDIDATES_PER_LEVEL:
+                best = np.sort(np.argpartition(-score, MAX_CANDIDATES_PER_LEVEL)[:MAX_CANDIDATES_PER_LEVEL])
                 y, x, score = y[best], x[best], score[best]
             boxes.append(window.to_boxes(y, x, level))
             scores.append(score / UNIT)

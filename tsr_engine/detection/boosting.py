@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 
-HIGHEST: Final = 240
+MAX_THRESHOLD: Final = 240
 """Largest threshold: a level can correct it by up to 6 % within a byte."""
 FEATURE_PARTS: Final = 16
 """Number of parts of the features; the parts are searched for splits in parallel."""
@@ -87,22 +87,24 @@ def boost(
     thresholds = np.zeros((plan.trees, nodes), np.uint8)
     leaves = np.zeros((plan.trees, nodes + 1), np.int16)
     total = len(columns)
-    picked = max(1, int(total * plan.feature_share))
+    per_tree = max(1, int(total * plan.feature_share))
     floor = 0.2 / (n + m)
     with ThreadPoolExecutor(training_threads(), "tsr-boost") as pool:
         for t in range(plan.trees):
-            candidates = rng.choice(total, picked, replace=False).astype(np.int32)
+            candidates = rng.choice(total, per_tree, replace=False).astype(np.int32)
             # Samples of negligible weight are left out of the search for splits, but count in the leaves.
             order = np.argsort(weights)
             cut = np.searchsorted(np.cumsum(weights[order]), 0.002 * weights.sum())
             kept = np.sort(order[cut:]).astype(np.int32)
             _grow(columns, kept, is_positive, weights, candidates, features[t], thresholds[t], pool)
-            place = _leaves(columns, features[t], thresholds[t])
-            good = np.bincount(place[is_positive], weights[is_positive], nodes + 1) + floor
-            bad = np.bincount(place[~is_positive], weights[~is_positive], nodes + 1) + floor
-            answer = np.clip(0.5 * np.log(good / bad), -plan.leaf_limit, plan.leaf_limit) * plan.shrinkage
-            leaves[t] = np.round(answer * UNIT)
-            step = leaves[t][place] / UNIT
+            leaf = _leaf_indices(columns, features[t], thresholds[t])
+            positive_sums = np.bincount(leaf[is_positive], weights[is_positive], nodes + 1) + floor
+            negative_sums = np.bincount(leaf[~is_positive], weights[~is_positive], nodes + 1) + floor
+            leaf_values = (
+                np.clip(0.5 * np.log(positive_sums / negative_sums), -plan.leaf_limit, plan.leaf_limit) * plan.shrinkage
+            )
+            leaves[t] = np.round(leaf_values * UNIT)
+            step = leaves[t][leaf] / UNIT
             weights *= np.exp(np.where(is_positive, -step, step))
             weights /= weights.sum()
     rejection = np.full(plan.trees, NEVER, np.int32)
@@ -144,20 +146,22 @@ def boost_further(
     features = np.zeros((plan.trees, nodes), np.int32)
     thresholds = np.zeros((plan.trees, nodes), np.uint8)
     leaves = np.zeros((plan.trees, nodes + 1), np.int16)
-    picked = max(1, int(len(columns) * plan.feature_share))
-    everything = np.arange(len(samples), dtype=np.int32)
+    per_tree = max(1, int(len(columns) * plan.feature_share))
+    all_samples = np.arange(len(samples), dtype=np.int32)
     with ThreadPoolExecutor(training_threads(), "tsr-boost") as pool:
         for t in range(plan.trees):
-            candidates = rng.choice(len(columns), picked, replace=False).astype(np.int32)
+            candidates = rng.choice(len(columns), per_tree, replace=False).astype(np.int32)
             p = 1.0 / (1.0 + np.exp(np.clip(-2.0 * score, -60.0, 60.0)))
             slope = weights * (target - p)
-            _grow(columns, everything, slope > 0, np.abs(slope), candidates, features[t], thresholds[t], pool)
-            place = _leaves(columns, features[t], thresholds[t])
-            pull = np.bincount(place, slope, nodes + 1)
-            bend = np.bincount(place, weights * p * (1.0 - p), nodes + 1)
-            answer = np.clip(0.5 * pull / (bend + inertia), -plan.leaf_limit, plan.leaf_limit) * plan.shrinkage
-            leaves[t] = np.round(answer * UNIT)
-            score += leaves[t][place] / UNIT
+            _grow(columns, all_samples, slope > 0, np.abs(slope), candidates, features[t], thresholds[t], pool)
+            leaf = _leaf_indices(columns, features[t], thresholds[t])
+            gradients = np.bincount(leaf, slope, nodes + 1)
+            curvatures = np.bincount(leaf, weights * p * (1.0 - p), nodes + 1)
+            leaf_values = (
+                np.clip(0.5 * gradients / (curvatures + inertia), -plan.leaf_limit, plan.leaf_limit) * plan.shrinkage
+            )
+            leaves[t] = np.round(leaf_values * UNIT)
+            score += leaves[t][leaf] / UNIT
     return TreeEnsemble(features, thresholds, leaves, np.full(plan.trees, NEVER, np.int32), window)
 
 
@@ -188,7 +192,7 @@ def _grow(
             best[better] = scores[better]
             features[first : first + width][better] = chosen[better]
             thresholds[first : first + width][better] = levels[better]
-        _send_down(columns, kept, node, features[first : first + width], thresholds[first : first + width])
+        _assign_children(columns, kept, node, features[first : first + width], thresholds[first : first + width])
         first = 2 * first + 1
 
 
@@ -211,7 +215,7 @@ def _best_splits(columns, kept, signed, node, candidates, width):  # type: ignor
                 all_bad += hist[k, 0, v]
                 all_good += hist[k, 1, v]
             bad, good = 0.0, 0.0
-            for v in range(HIGHEST):
+            for v in range(MAX_THRESHOLD):
                 bad += hist[k, 0, v]
                 good += hist[k, 1, v]
                 z = np.sqrt(bad * good) + np.sqrt(max(0.0, all_bad - bad) * max(0.0, all_good - good))
@@ -223,7 +227,7 @@ def _best_splits(columns, kept, signed, node, candidates, width):  # type: ignor
 
 
 @njit(cache=True, nogil=True)
-def _send_down(columns, kept, node, features, thresholds):  # type: ignore[no-untyped-def]
+def _assign_children(columns, kept, node, features, thresholds):  # type: ignore[no-untyped-def]
     for i in range(kept.shape[0]):
         k = node[i]
         right = columns[features[k], kept[i]] >= thresholds[k]
@@ -231,7 +235,7 @@ def _send_down(columns, kept, node, features, thresholds):  # type: ignore[no-un
 
 
 @njit(cache=True, nogil=True)
-def _leaves(columns, features, thresholds):  # type: ignore[no-untyped-def]
+def _leaf_indices(columns, features, thresholds):  # type: ignore[no-untyped-def]
     nodes = features.shape[0]
     out = np.empty(columns.shape[1], np.int32)
     for i in range(columns.shape[1]):

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import check_picture
 from tsr_engine.detection.nms import suppress
-from tsr_engine.detection.onnx_parts import refers_to_files
-from tsr_engine.detection.prior import SpatialPrior, weight_in_force, with_prior
-from tsr_engine.geometry.boxes import LEAST_SIDE, clip, shorter_side
+from tsr_engine.detection.onnx_external_files import refers_to_files
+from tsr_engine.detection.prior import SpatialPrior, effective_weight, with_prior
+from tsr_engine.geometry.boxes import MIN_SIDE, clip, shorter_side
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.records import Detections, FloatArray, Picture
 
@@ -64,7 +64,7 @@ class OnnxDetector:
             self._net = cv2.dnn.readNetFromONNX(np.frombuffer(network, np.uint8))
         except cv2.error as error:
             raise ValueError(f"Expected an ONNX network that OpenCV reads. Got: {error.err}.") from None
-        self._running = Lock()
+        self._lock = Lock()
         self._size = size
         self._layout = layout
         self.prior = prior
@@ -81,7 +81,7 @@ class OnnxDetector:
         check_picture(picture)
         height, width = picture.shape[:2]
         canvas, scale, offset = letterbox(picture, self._size)
-        with self._running:  # a network of OpenCV is not thread-safe
+        with self._lock:  # a network of OpenCV is not thread-safe
             self._net.setInput(cv2.dnn.blobFromImage(canvas, 1 / 255.0, swapRB=True))
             boxes, confidence = decode(np.asarray(self._net.forward()), self._layout)
         boxes = (boxes - np.array([*offset, *offset])) / scale
@@ -89,10 +89,10 @@ class OnnxDetector:
         raw = np.log(clipped / (1 - clipped))
         kept = raw >= self.params.keep_score
         boxes, raw = clip(boxes[kept], width, height), raw[kept]
-        sane = shorter_side(boxes) >= LEAST_SIDE  # boxes in the grey bars have no area after clipping
-        boxes, raw = boxes[sane], raw[sane]
+        is_large_enough = shorter_side(boxes) >= MIN_SIDE  # boxes in the grey bars have no area after clipping
+        boxes, raw = boxes[is_large_enough], raw[is_large_enough]
         prior = np.full(len(raw), 0.5) if self.prior is None else self.prior.at(boxes, width, height)
-        final = with_prior(raw, prior, weight_in_force(self.prior, self.prior_params))
+        final = with_prior(raw, prior, effective_weight(self.prior, self.prior_params))
         order = suppress(boxes, final, self.params.final_overlap)
         return Detections(boxes[order], raw[order], prior[order], final[order])
 
@@ -120,8 +120,8 @@ def decode(output: NDArray[np.float32], layout: Layout) -> tuple[FloatArray, Flo
         ValueError: the output does not have the layout's shape.
     """
     rows = output[0].T if layout == "v8" and output.ndim == 3 else output[0] if output.ndim == 3 else output
-    least = 5 if layout == "v8" else 6
-    if output.ndim != 3 or output.shape[0] != 1 or rows.shape[1] < least:
+    min_columns = 5 if layout == "v8" else 6
+    if output.ndim != 3 or output.shape[0] != 1 or rows.shape[1] < min_columns:
         raise ValueError(f"Expected a '{layout}' output of one picture and at least one class. Got {output.shape}.")
     if rows.shape[0] < rows.shape[1]:  # a grid has more cells than columns, so this is the other layout, transposed
         raise ValueError(f"Expected more boxes than columns in a '{layout}' output. Got {output.shape}.")

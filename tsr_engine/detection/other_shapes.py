@@ -15,13 +15,13 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import TrainedPart
 from tsr_engine.records import Detections, Picture
 
-__all__ = ["COMPONENT", "NESTED", "OtherShapes"]
+__all__ = ["COMPONENT", "MAX_NESTED_RATIO", "OtherShapes"]
 
 COMPONENT: Final = "other_shapes"
-NESTED: Final = 0.6
+MAX_NESTED_RATIO: Final = 0.6
 """A box with less than this share of another box's area may be a sign in a sign, such as the limit in a zone sign: 0.32
 to 0.58 on the zone signs of GTSDB."""
-_SAME: Final = 0.35
+_SAME_SIGN_IOU: Final = 0.35
 """IoU above which two boxes show the same sign, unless the known box is a sign in the other."""
 
 
@@ -35,18 +35,21 @@ class OtherShapes:
     """
 
     def __init__(self, model: AcfModel, params: DetectorParams) -> None:
-        own = {"inset_width": 1.0, "inset_height": 1.0, "inset_rise": 0.0, "refine_passes": 0}
-        self.detector = AcfDetector(model, params=params.model_copy(update=own), nested=NESTED)
+        overrides = {"inset_width": 1.0, "inset_height": 1.0, "inset_rise": 0.0, "refine_passes": 0}
+        self.detector = AcfDetector(model, params=params.model_copy(update=overrides), nested=MAX_NESTED_RATIO)
 
     @classmethod
-    def from_component(cls, part: TrainedPart, beside: AcfModel, params: DetectorParams) -> OtherShapes:
+    def from_component(cls, component: TrainedPart, main_model: AcfModel, params: DetectorParams) -> OtherShapes:
         """Make it from a loaded model component and the main detector's model.
 
         Raises:
             ValueError: an array or setting of the component is missing or has a wrong shape.
         """
         try:
-            return cls(AcfModel.from_arrays({**beside.box_refinement.to_arrays(), **part.arrays}, part.params), params)
+            return cls(
+                AcfModel.from_arrays({**main_model.box_refinement.to_arrays(), **component.arrays}, component.params),
+                params,
+            )
         except KeyError as error:
             raise ValueError(f"The model of other shapes lacks {error.args[0]!r}.") from None
 
@@ -67,6 +70,8 @@ class OtherShapes:
         if not len(found) or not len(known):
             return found
         score = np.where(known.raw_scores >= 0, np.inf, known.raw_scores)
-        same = (iou(found.boxes, known.boxes) > _SAME) & (area(known.boxes) >= NESTED * area(found.boxes)[:, None])
-        beaten = same & (score[None] >= found.raw_scores[:, None])
-        return found.select(~beaten.any(axis=1))
+        same = (iou(found.boxes, known.boxes) > _SAME_SIGN_IOU) & (
+            area(known.boxes) >= MAX_NESTED_RATIO * area(found.boxes)[:, None]
+        )
+        is_worse = same & (score[None] >= found.raw_scores[:, None])
+        return found.select(~is_worse.any(axis=1))

@@ -7,10 +7,10 @@ from math import sqrt
 import cv2
 import numpy as np
 
-from tsr_engine.detection.resample import reduced, sample, span
+from tsr_engine.detection.resample import area_means, sample, span
 from tsr_engine.records import FloatArray, Picture
 
-_REDUCED = 0.95
+_AREA_SCALE = 0.95
 """Scale below which pixels are averaged over their areas first, since bilinear sampling alone would alias."""
 
 
@@ -45,8 +45,8 @@ def _stretched(picture: Picture, cx: float, cy: float, scale: float, across: flo
     """A patch around (cx, cy), scaled and stretched along the axes: the bits of OpenCV's functions, but for ties."""
     out = np.empty((side, side, 3), np.uint8)
     rows = np.ascontiguousarray(picture).reshape(len(picture), -1)
-    if scale < _REDUCED:
-        rows, cx, cy = reduced(rows, cx, cy, scale, side, 0.5 * side / min(across, down))
+    if scale < _AREA_SCALE:
+        rows, cx, cy = area_means(rows, cx, cy, scale, side, 0.5 * side / min(across, down))
         scale = 1.0
     sample(rows, cx, cy, scale * across, scale * down, out)
     return out
@@ -54,7 +54,7 @@ def _stretched(picture: Picture, cx: float, cy: float, scale: float, across: flo
 
 def _distorted(picture: Picture, cx: float, cy: float, scale: float, side: int, distortion: FloatArray) -> Picture:
     """A patch around (cx, cy), scaled and distorted."""
-    if scale < _REDUCED:
+    if scale < _AREA_SCALE:
         margin = 0.75 * side / scale
         height, width = picture.shape[:2]
         left, right = span(cx, margin, width)

@@ -68,7 +68,7 @@ def parzen(centres: ArrayLike, bandwidth: float) -> NDArray[np.float32]:
     nodes = (np.arange(GRID) + 0.5) / GRID
     kernel_x = np.exp(-0.5 * ((nodes[None] - points[:, :1]) / bandwidth) ** 2)
     kernel_y = np.exp(-0.5 * ((nodes[None] - points[:, 1:]) / bandwidth) ** 2)
-    from tsr_engine.products import product  # reading a prior does not need Numba
+    from tsr_engine.linear_algebra import product  # reading a prior does not need Numba
 
     density = product(np.ascontiguousarray(kernel_y.T), kernel_x)
     return np.asarray(density / density.max(), dtype=np.float32)
@@ -91,7 +91,7 @@ def learn_weight(raw: ArrayLike, prior: ArrayLike, labels: ArrayLike) -> float:
     return max(0.0, float(np.sum(q * residual)) / power) if power > 0 else 0.0
 
 
-def weight_in_force(prior: SpatialPrior | None, params: PriorParams) -> float:
+def effective_weight(prior: SpatialPrior | None, params: PriorParams) -> float:
     """``lambda`` of a detector: the parameter's value if set, else the learned one; 0 without a prior or if off."""
     if prior is None or not params.use_prior:
         return 0.0

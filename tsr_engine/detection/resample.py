@@ -46,7 +46,7 @@ def _add_bytes(source, weight, target):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def reduced(rows, cx, cy, scale, side, reach):  # type: ignore[no-untyped-def]
+def area_means(rows, cx, cy, scale, side, reach):  # type: ignore[no-untyped-def]
     """Means over cells of about ``1 / scale`` px within ``reach`` cells of (cx, cy), and the centre in cells.
 
     Sums run down the rows first, where a row is a vector.
@@ -63,13 +63,13 @@ def reduced(rows, cx, cy, scale, side, reach):  # type: ignore[no-untyped-def]
                 _add_bytes(rows[top[y] + k, start:stop], y_weights[y, k], mixed)
         for x in range(len(left)):
             blue = green = red = np.float32(0.0)
-            place = 3 * left[x] - start
+            offset = 3 * left[x] - start
             for k in range(x_weights.shape[1]):
                 weight = x_weights[x, k]
                 if weight > 0:
-                    blue += weight * mixed[place + 3 * k]
-                    green += weight * mixed[place + 3 * k + 1]
-                    red += weight * mixed[place + 3 * k + 2]
+                    blue += weight * mixed[offset + 3 * k]
+                    green += weight * mixed[offset + 3 * k + 1]
+                    red += weight * mixed[offset + 3 * k + 2]
             out[y, 3 * x], out[y, 3 * x + 1], out[y, 3 * x + 2] = np.rint(blue), np.rint(green), np.rint(red)
     return out, cx, cy
 
@@ -80,10 +80,10 @@ def _neighbours(centre, scale, side, length):  # type: ignore[no-untyped-def]
     pixels = np.empty((side, 2), np.int32)
     weights = np.empty((side, 2), np.float32)
     for i in range(side):
-        place = centre + (i + 0.5 - 0.5 * side) / scale - 0.5
-        whole = int(np.floor(place))
-        pixels[i, 0], pixels[i, 1] = min(max(whole, 0), length - 1), min(max(whole + 1, 0), length - 1)
-        weights[i, 1] = np.float32(place - whole)
+        position = centre + (i + 0.5 - 0.5 * side) / scale - 0.5
+        first = int(np.floor(position))
+        pixels[i, 0], pixels[i, 1] = min(max(first, 0), length - 1), min(max(first + 1, 0), length - 1)
+        weights[i, 1] = np.float32(position - first)
         weights[i, 0] = np.float32(1.0) - weights[i, 1]
     return pixels, weights
 

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.trees import TreeEnsemble
 
-BAND: Final = 32
+BAND_ROWS: Final = 32
 """Rows that are processed together: enough to keep the processor busy, few enough to stay in its cache."""
-BLOCK: Final = 64
+BLOCK_WINDOWS: Final = 64
 """Neighbouring windows that are skipped together if none survives, as in most of road and sky."""
 
-FEW: Final = 64
+MAX_SINGLE_WINDOWS: Final = 64
 """Number of surviving windows of a band up to which the remaining trees run window by window."""
 
 
@@ -111,7 +111,7 @@ def _add_tree(f0, f1, f2, f3, f4, f5, f6, t, v, acc):  # type: ignore[no-untyped
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _highest(totals):  # type: ignore[no-untyped-def]
+def _max_of(totals):  # type: ignore[no-untyped-def]
     best = totals[0]
     for x in range(totals.shape[0]):
         best = max(best, totals[x])
@@ -119,63 +119,63 @@ def _highest(totals):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _leaf(flat, at, o, v):  # type: ignore[no-untyped-def]
+def _leaf(flat, position, o, v):  # type: ignore[no-untyped-def]
     """Number of the leaf that the window at ``at`` reaches in a tree with offsets ``o`` and thresholds ``v``."""
-    k = np.uint32(2) if flat[at + o[0]] >= v[0] else np.uint32(1)
-    k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
-    k = k + k + (np.uint32(2) if flat[at + o[k]] >= v[k] else np.uint32(1))
+    k = np.uint32(2) if flat[position + o[0]] >= v[0] else np.uint32(1)
+    k = k + k + (np.uint32(2) if flat[position + o[k]] >= v[k] else np.uint32(1))
+    k = k + k + (np.uint32(2) if flat[position + o[k]] >= v[k] else np.uint32(1))
     return k - np.uint32(7)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _next_tree(flat, o, v, leaf, least, places, totals, count):  # type: ignore[no-untyped-def]
+def _next_tree(flat, o, v, leaf, threshold, positions, totals, count):  # type: ignore[no-untyped-def]
     """Adds one tree to the sums of the surviving windows, moves the survivors to the front, and returns their number.
 
     This order suits many windows: their look-ups overlap in the processor, and the tree stays in registers.
     """
-    left = 0
+    survivors = 0
     for i in range(count):
-        at = places[i]
-        total = totals[i] + leaf[_leaf(flat, at, o, v)]
-        places[left] = at
-        totals[left] = total
-        left += 1 if total >= least else 0
-    return left
+        position = positions[i]
+        total = totals[i] + leaf[_leaf(flat, position, o, v)]
+        positions[survivors] = position
+        totals[survivors] = total
+        survivors += 1 if total >= threshold else 0
+    return survivors
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _other_trees(flat, offsets, thresholds, leaves, rejection, places, totals, count):  # type: ignore[no-untyped-def]
+def _other_trees(flat, offsets, thresholds, leaves, rejection, positions, totals, count):  # type: ignore[no-untyped-def]
     """Adds all given trees to the sums, window by window, moves the survivors to the front, and returns their number.
 
     This order suits few windows: the look-ups of a window's trees overlap in the processor.
     """
-    left = 0
+    survivors = 0
     for i in range(count):
-        at, total, alive = places[i], totals[i], True
+        position, total, alive = positions[i], totals[i], True
         for t in range(offsets.shape[0]):
-            total += leaves[t, _leaf(flat, at, offsets[t], thresholds[t])]
+            total += leaves[t, _leaf(flat, position, offsets[t], thresholds[t])]
             if total < rejection[t]:
                 alive = False
                 break
         if alive:
-            places[left], totals[left] = at, total
-            left += 1
-    return left
+            positions[survivors], totals[survivors] = position, total
+            survivors += 1
+    return survivors
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _scan(flat, columns, ny, nx, offsets, thresholds, leaves, rejection, dense):  # type: ignore[no-untyped-def]
     trees = offsets.shape[0]
     # Rows lie one after another in memory, so a band is one long row; its last columns of each row are not windows.
-    acc = np.empty(BAND * columns, np.int16)
-    places = np.empty(BAND * nx, np.uint32)
-    totals = np.empty(BAND * nx, np.int32)
+    acc = np.empty(BAND_ROWS * columns, np.int16)
+    positions = np.empty(BAND_ROWS * nx, np.uint32)
+    totals = np.empty(BAND_ROWS * nx, np.int32)
     size = 1024
     out_y, out_x, out_s = np.empty(size, np.int32), np.empty(size, np.int32), np.empty(size, np.int32)
     found = 0
     limit = rejection[dense - 1]
-    for top in range(0, ny, BAND):
-        rows = min(BAND, ny - top)
+    for top in range(0, ny, BAND_ROWS):
+        rows = min(BAND_ROWS, ny - top)
         base = top * columns
         end = base + (rows - 1) * columns + nx
         sums = acc[: end - base]
@@ -189,32 +189,32 @@ def _scan(flat, columns, ny, nx, offsets, thresholds, leaves, rejection, dense):
             )  # fmt: skip
         count = 0
         for row in range(rows):
-            for start in range(row * columns, row * columns + nx, BLOCK):
-                block = sums[start : min(start + BLOCK, row * columns + nx)]
-                if _highest(block) < limit:
+            for start in range(row * columns, row * columns + nx, BLOCK_WINDOWS):
+                block = sums[start : min(start + BLOCK_WINDOWS, row * columns + nx)]
+                if _max_of(block) < limit:
                     continue
                 for x in range(block.shape[0]):
-                    places[count] = np.uint32(base + start + x)
+                    positions[count] = np.uint32(base + start + x)
                     totals[count] = block[x]
                     count += 1 if block[x] >= limit else 0
         t = dense
-        while t < trees and count > FEW:
-            count = _next_tree(flat, offsets[t], thresholds[t], leaves[t], rejection[t], places, totals, count)
+        while t < trees and count > MAX_SINGLE_WINDOWS:
+            count = _next_tree(flat, offsets[t], thresholds[t], leaves[t], rejection[t], positions, totals, count)
             t += 1
-        count = _other_trees(flat, offsets[t:], thresholds[t:], leaves[t:], rejection[t:], places, totals, count)
+        count = _other_trees(flat, offsets[t:], thresholds[t:], leaves[t:], rejection[t:], positions, totals, count)
         while found + count > size:
             size *= 2
-            out_y, out_x, out_s = _longer(out_y, size), _longer(out_x, size), _longer(out_s, size)
+            out_y, out_x, out_s = _extended(out_y, size), _extended(out_x, size), _extended(out_s, size)
         for i in range(count):
-            out_y[found] = places[i] // columns
-            out_x[found] = places[i] % columns
+            out_y[found] = positions[i] // columns
+            out_x[found] = positions[i] % columns
             out_s[found] = totals[i]
             found += 1
     return found, out_y, out_x, out_s
 
 
 @njit(cache=True, nogil=True)
-def _longer(array, size):  # type: ignore[no-untyped-def]
+def _extended(array, size):  # type: ignore[no-untyped-def]
     out = np.empty(size, array.dtype)
     out[: array.shape[0]] = array
     return out

@@ -59,5 +59,5 @@ class Window:
     def gather(self, rows: ArrayLike, columns: ArrayLike, level: Level) -> NDArray[np.uint8]:
         """Features of windows, shape (n, channels * cells * cells), with the level's gains applied."""
         view = np.lib.stride_tricks.sliding_window_view(level.cells, (self.cells, self.cells), axis=(1, 2))
-        picked = level.corrected(view[:, np.asarray(rows, np.intp), np.asarray(columns, np.intp)])
+        picked = level.with_gains(view[:, np.asarray(rows, np.intp), np.asarray(columns, np.intp)])
         return np.ascontiguousarray(picked.transpose(1, 0, 2, 3)).reshape(len(picked[0]), -1)

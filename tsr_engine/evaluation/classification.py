@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from tsr_engine.io.gtsrb import CropItem, read_picture
 from tsr_engine.protocols import CropClassifier
-from tsr_engine.recognition.catalogue import CATALOGUE, CLASS_COUNT
 from tsr_engine.recognition.crops import cut
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT, SIGN_CLASSES
 from tsr_engine.records import Picture
 
 
@@ -105,9 +105,9 @@ class ClassificationReport:
             "confusions": [
                 {
                     "true": c.true,
-                    "true_name": CATALOGUE[c.true].name,
+                    "true_name": SIGN_CLASSES[c.true].name,
                     "predicted": c.predicted,
-                    "predicted_name": CATALOGUE[c.predicted].name,
+                    "predicted_name": SIGN_CLASSES[c.predicted].name,
                     "count": c.count,
                     "share": c.share,
                 }

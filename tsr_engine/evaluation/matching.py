@@ -22,11 +22,11 @@ from tsr_engine.track_table import BoolArray, IntArray, TrackTable
 
 __all__ = ["Matching", "Pairs", "box_pairs", "match"]
 
-_KEPT: Final = 10.0
+_CONTINUITY_BONUS: Final = 10.0
 """Bonus of a kept pair; it outweighs any number of new pairs."""
-_TOUCHING: Final = 1e-12
+_MIN_OVERLAP: Final = 1e-12
 """Least IoU of boxes that overlap at all."""
-_AT_ONCE: Final = 1 << 20
+_PAIRS_PER_CHUNK: Final = 1 << 20
 """Number of pairs to compute together, to limit memory."""
 
 
@@ -68,7 +68,7 @@ class Matching:
     judged: int
 
 
-def box_pairs(first: TrackTable, second: TrackTable, least: float) -> Pairs:
+def box_pairs(first: TrackTable, second: TrackTable, min_iou: float) -> Pairs:
     """All pairs of rows of the same frame with an IoU of at least ``least``; both tables must be sorted by frame.
 
     The number of pairs of a frame is the product of its numbers of boxes, so they are computed in pieces.
@@ -76,96 +76,101 @@ def box_pairs(first: TrackTable, second: TrackTable, least: float) -> Pairs:
     low = np.searchsorted(second.frame, first.frame, side="left")
     count = np.searchsorted(second.frame, first.frame, side="right") - low
     ends = (
-        np.searchsorted(np.cumsum(count), np.arange(_AT_ONCE, int(count.sum()) + _AT_ONCE, _AT_ONCE), side="left") + 1
+        np.searchsorted(
+            np.cumsum(count),
+            np.arange(_PAIRS_PER_CHUNK, int(count.sum()) + _PAIRS_PER_CHUNK, _PAIRS_PER_CHUNK),
+            side="left",
+        )
+        + 1
     )
     bounds = np.unique(np.concatenate([[0], np.minimum(ends, len(first)), [len(first)]]))
-    pieces = [_pairs_of(first, second, low, count, slice(a, b), least) for a, b in pairwise(bounds.tolist())]
-    if not pieces:
+    chunks = [_pairs_of(first, second, low, count, slice(a, b), min_iou) for a, b in pairwise(bounds.tolist())]
+    if not chunks:
         return Pairs(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
-    return Pairs(*(np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("a", "b", "iou")))
+    return Pairs(*(np.concatenate([getattr(chunk, name) for chunk in chunks]) for name in ("a", "b", "iou")))
 
 
 def _pairs_of(
-    first: TrackTable, second: TrackTable, low: IntArray, count: IntArray, rows: slice, least: float
+    first: TrackTable, second: TrackTable, low: IntArray, count: IntArray, rows: slice, min_iou: float
 ) -> Pairs:
     """The pairs of some rows of the first table."""
     low, count = low[rows], count[rows]
     a = np.repeat(np.arange(rows.start, rows.stop), count)
-    inside = np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)
-    b = np.repeat(low, count) + inside
+    offset = np.arange(len(a)) - np.repeat(np.cumsum(count) - count, count)
+    b = np.repeat(low, count) + offset
     iou = iou_each(first.boxes[a], second.boxes[b])
-    keep = iou >= least
+    keep = iou >= min_iou
     return Pairs(a[keep], b[keep], iou[keep])
 
 
-def match(reference: TrackTable, candidate: TrackTable, least: float = 0.5) -> Matching:
+def match(reference: TrackTable, candidate: TrackTable, min_iou: float = 0.5) -> Matching:
     """Match two tables, which must be sorted by frame; ``least`` is the least IoU of a match."""
-    pairs = box_pairs(reference, candidate, max(least, _TOUCHING))
-    counted = ~reference.ignore[pairs.a]
-    r, c = _assign(reference, candidate, Pairs(pairs.a[counted], pairs.b[counted], pairs.iou[counted]))
-    hit = np.zeros(len(reference), np.bool_)
-    hit[r] = True
-    matched = np.zeros(len(candidate), np.bool_)
-    matched[c] = True
-    excused = (_excused(reference, candidate, least) | candidate.ignore) & ~matched
+    pairs = box_pairs(reference, candidate, max(min_iou, _MIN_OVERLAP))
+    is_counted = ~reference.ignore[pairs.a]
+    r, c = _assign(reference, candidate, Pairs(pairs.a[is_counted], pairs.b[is_counted], pairs.iou[is_counted]))
+    is_matched_reference = np.zeros(len(reference), np.bool_)
+    is_matched_reference[r] = True
+    is_matched = np.zeros(len(candidate), np.bool_)
+    is_matched[c] = True
+    is_excused = (_lies_on_ignored(reference, candidate, min_iou) | candidate.ignore) & ~is_matched
     return Matching(
         reference=r,
         candidate=c,
         error=non_overlap_each(reference.boxes[r], candidate.boxes[c]),
-        missed=np.flatnonzero(~hit & ~reference.ignore),
-        false=np.flatnonzero(~matched & ~excused),
+        missed=np.flatnonzero(~is_matched_reference & ~reference.ignore),
+        false=np.flatnonzero(~is_matched & ~is_excused),
         counted=int((~reference.ignore).sum()),
-        judged=int((~excused).sum()),
+        judged=int((~is_excused).sum()),
     )
 
 
 def _assign(reference: TrackTable, candidate: TrackTable, pairs: Pairs) -> tuple[IntArray, IntArray]:
     frame = reference.frame[pairs.a]
-    lone = (np.bincount(pairs.a, minlength=1)[pairs.a] == 1) & (np.bincount(pairs.b, minlength=1)[pairs.b] == 1)
-    crowded = np.unique(frame[~lone])
+    is_isolated = (np.bincount(pairs.a, minlength=1)[pairs.a] == 1) & (np.bincount(pairs.b, minlength=1)[pairs.b] == 1)
+    crowded = np.unique(frame[~is_isolated])
     if not len(crowded):
         return pairs.a, pairs.b
     keep = np.ones(len(pairs.a), np.bool_)
-    held: dict[int, int] = {}
+    last_track: dict[int, int] = {}
     sign, track = reference.track[pairs.a].tolist(), candidate.track[pairs.b].tolist()
     starts = np.searchsorted(frame, crowded, side="left").tolist()
     ends = np.searchsorted(frame, crowded, side="right").tolist()
-    done = 0
+    next_pair = 0
     for start, end in zip(starts, ends, strict=True):
-        for i in range(done, start):
-            held[sign[i]] = track[i]
-        chosen = _best(pairs, slice(start, end), sign, track, held)
+        for i in range(next_pair, start):
+            last_track[sign[i]] = track[i]
+        chosen = _best_pairs(pairs, slice(start, end), sign, track, last_track)
         keep[start:end] = chosen
         for i in (start + np.flatnonzero(chosen)).tolist():
-            held[sign[i]] = track[i]
-        done = end
+            last_track[sign[i]] = track[i]
+        next_pair = end
     return pairs.a[keep], pairs.b[keep]
 
 
-def _best(pairs: Pairs, rows: slice, sign: list[int], track: list[int], held: dict[int, int]) -> BoolArray:
+def _best_pairs(pairs: Pairs, rows: slice, sign: list[int], track: list[int], last_track: dict[int, int]) -> BoolArray:
     """Whether each of one frame's pairs belongs to the assignment with the largest total."""
     from scipy.optimize import linear_sum_assignment  # slow to import, and most comparisons do not need it
 
     signs, i = np.unique(pairs.a[rows], return_inverse=True)
     boxes, j = np.unique(pairs.b[rows], return_inverse=True)
     gain = np.zeros((len(signs), len(boxes)))
-    kept = [held.get(sign[k]) == track[k] for k in range(rows.start, rows.stop)]
-    gain[i, j] = pairs.iou[rows] + _KEPT * np.array(kept)
+    is_continued = [last_track.get(sign[k]) == track[k] for k in range(rows.start, rows.stop)]
+    gain[i, j] = pairs.iou[rows] + _CONTINUITY_BONUS * np.array(is_continued)
     chosen = np.zeros(gain.shape, np.bool_)
     chosen[linear_sum_assignment(-gain)] = True
     picked: BoolArray = chosen[i, j]
     return picked
 
 
-def _excused(reference: TrackTable, candidate: TrackTable, least: float) -> BoolArray:
+def _lies_on_ignored(reference: TrackTable, candidate: TrackTable, min_iou: float) -> BoolArray:
     """Whether each candidate row lies on an ignored box, by IoU or by the covered share of its area."""
-    excused = np.zeros(len(candidate), np.bool_)
+    is_ignored = np.zeros(len(candidate), np.bool_)
     if not reference.ignore.any():
-        return excused
-    near = box_pairs(reference, candidate, _TOUCHING)
-    keep = reference.ignore[near.a]
-    a, b, iou = near.a[keep], near.b[keep], near.iou[keep]
+        return is_ignored
+    overlapping = box_pairs(reference, candidate, _MIN_OVERLAP)
+    keep = reference.ignore[overlapping.a]
+    a, b, iou = overlapping.a[keep], overlapping.b[keep], overlapping.iou[keep]
     boxes = candidate.boxes[b]
     share = intersection_each(reference.boxes[a], boxes) / np.maximum(area(boxes), 1e-9)
-    excused[b[np.maximum(iou, share) >= least]] = True
-    return excused
+    is_ignored[b[np.maximum(iou, share) >= min_iou]] = True
+    return is_ignored

@@ -13,7 +13,7 @@ from tsr_engine.evaluation.classification import ClassificationReport
 from tsr_engine.evaluation.detection import DetectionScore
 from tsr_engine.evaluation.fusion import FusionReport
 from tsr_engine.evaluation.tracking import BINS, TrackingSummary
-from tsr_engine.recognition.catalogue import CATALOGUE, CLASS_COUNT
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT, SIGN_CLASSES
 
 __all__ = ["plot_confusion", "plot_curves", "plot_errors", "plot_fusion"]
 
@@ -50,8 +50,8 @@ def plot_confusion(report: ClassificationReport, path: Path) -> None:
     axes = figure.add_subplot()
     picture = axes.imshow(np.sqrt(shares), cmap="magma_r", vmin=0, vmax=1)
     ticks = range(CLASS_COUNT)
-    axes.set_xticks(ticks, [c.short for c in CATALOGUE], rotation=90, fontsize=7)
-    axes.set_yticks(ticks, [f"{c.short}  {c.id}" for c in CATALOGUE], fontsize=7)
+    axes.set_xticks(ticks, [c.short for c in SIGN_CLASSES], rotation=90, fontsize=7)
+    axes.set_yticks(ticks, [f"{c.short}  {c.id}" for c in SIGN_CLASSES], fontsize=7)
     for row, column in zip(*np.nonzero(report.matrix - np.diag(np.diag(report.matrix))), strict=True):
         axes.text(column, row, str(report.matrix[row, column]), ha="center", va="center", fontsize=5)
     axes.set(xlabel="predicted", ylabel="true")

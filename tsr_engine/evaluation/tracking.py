@@ -126,24 +126,33 @@ def evaluate_video(
     if size is not None:
         truth, results = truth.cut(*size), results.cut(*size)
     truth, results = (table.rows(np.argsort(table.frame, kind="stable")) for table in (truth, results))
-    found = match(truth, results, match_iou)
-    wanted = ~truth.ignore & (truth.boxes[:, 2] - truth.boxes[:, 0] >= min_width)
-    wide = wanted[found.reference]
+    matching = match(truth, results, match_iou)
+    is_counted = ~truth.ignore & (truth.boxes[:, 2] - truth.boxes[:, 0] >= min_width)
+    is_wide = is_counted[matching.reference]
     ids = np.unique(results.track)
-    false = np.setdiff1d(ids, np.delete(results.track, found.false))
-    words = results.source_words()
-    rows = found.reference[wide]
+    false = np.setdiff1d(ids, np.delete(results.track, matching.false))
+    sources = results.source_words()
+    rows = matching.reference[is_wide]
     return VideoReport(
         name,
         frames,
-        tuple(_sign_report(sign, truth, results, found, wanted) for sign in np.unique(truth.track[wanted]).tolist()),
-        tuple(zip(found.error[wide].tolist(), (words[r] for r in found.candidate[wide].tolist()), strict=True)),
-        _followed(truth, results, found, wanted),
+        tuple(
+            _sign_report(sign, truth, results, matching, is_counted)
+            for sign in np.unique(truth.track[is_counted]).tolist()
+        ),
+        tuple(
+            zip(
+                matching.error[is_wide].tolist(),
+                (sources[r] for r in matching.candidate[is_wide].tolist()),
+                strict=True,
+            )
+        ),
+        _followed_errors(truth, results, matching, is_counted),
         len(ids),
         tuple(false.tolist()),
-        len(found.false),
+        len(matching.false),
         tuple(zip(truth.frame[rows].tolist(), truth.track[rows].tolist(), strict=True)),
-        tuple(found.error[~wide].tolist()),
+        tuple(matching.error[~is_wide].tolist()),
     )
 
 
@@ -151,8 +160,8 @@ def summarise(reports: Iterable[VideoReport]) -> TrackingSummary:
     """Combine the figures of all videos."""
     videos = list(reports)
     signs = [sign for video in videos for sign in video.signs]
-    found = [sign for sign in signs if sign.ids]
-    right = [sign for sign in found if sign.predicted_class == sign.class_id]
+    detected = [sign for sign in signs if sign.ids]
+    classified = [sign for sign in detected if sign.predicted_class == sign.class_id]
     errors = np.array([e for video in videos for e, _ in video.errors])
     narrow = [e for video in videos for e in video.narrow_errors]
     wanted, covered = sum(sign.frames for sign in signs), sum(sign.covered for sign in signs)
@@ -166,12 +175,12 @@ def summarise(reports: Iterable[VideoReport]) -> TrackingSummary:
         videos=len(videos),
         frames=frames,
         signs=len(signs),
-        signs_detected=len(found),
-        detection_rate=_share(len(found), len(signs)),
+        signs_detected=len(detected),
+        detection_rate=_share(len(detected), len(signs)),
         false_tracks=sum(len(video.false_tracks) for video in videos),
         false_positives_per_frame=_share(sum(video.false_rows for video in videos), frames),
         coverage=_share(covered, wanted),
-        ids_per_sign=_share(sum(len(sign.ids) for sign in found), len(found)),
+        ids_per_sign=_share(sum(len(sign.ids) for sign in detected), len(detected)),
         switches=sum(sign.switches for sign in signs),
         fragments=sum(sign.fragments for sign in signs),
         mean_error=float(errors.mean()) if len(errors) else None,
@@ -181,13 +190,13 @@ def summarise(reports: Iterable[VideoReport]) -> TrackingSummary:
         mean_error_by_source={source: float(np.mean(values)) for source, values in sorted(by_source.items())},
         mean_error_followed=float(np.mean(followed)) if followed else None,
         histogram=tuple(int(n) for n in np.histogram(errors, bins=BINS, range=(0.0, 1.0))[0]),
-        signs_classified=len(right),
-        classified_of_detected=_share(len(right), len(found)),
-        classified_of_all=_share(len(right), len(signs)),
+        signs_classified=len(classified),
+        classified_of_detected=_share(len(classified), len(detected)),
+        classified_of_all=_share(len(classified), len(signs)),
     )
 
 
-def _by_place(report: VideoReport) -> dict[tuple[int, int], float]:
+def _errors_by_frame_and_sign(report: VideoReport) -> dict[tuple[int, int], float]:
     """Frame and sign -> Eq. 7 of the match."""
     return dict(zip(report.matched, (error for error, _ in report.errors), strict=True))
 
@@ -206,10 +215,12 @@ def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) ->
     """
     pairs = []
     for a, b in zip(ours, theirs, strict=True):
-        known = _by_place(a)
-        pairs += [(known[place], error) for place, error in _by_place(b).items() if place in known]
-    mine, other = np.mean(pairs, axis=0).tolist() if pairs else (None, None)
-    return {"n": len(pairs), "ours": mine, "theirs": other}
+        our_errors = _errors_by_frame_and_sign(a)
+        pairs += [
+            (our_errors[place], error) for place, error in _errors_by_frame_and_sign(b).items() if place in our_errors
+        ]
+    our_mean, their_mean = np.mean(pairs, axis=0).tolist() if pairs else (None, None)
+    return {"n": len(pairs), "ours": our_mean, "theirs": their_mean}
 
 
 def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
@@ -227,43 +238,53 @@ def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -
     """
     pairs, only_ours, only_theirs = [], 0, 0
     for a, b in zip(ours, theirs, strict=True):
-        mine, other = _by_place(a), _by_place(b)
-        pairs += [(mine[place], other[place]) for place in mine.keys() & other if mine[place] != other[place]]
-        only_ours += len(mine.keys() - other)
-        only_theirs += len(other.keys() - mine)
+        our_errors, their_errors = _errors_by_frame_and_sign(a), _errors_by_frame_and_sign(b)
+        pairs += [
+            (our_errors[place], their_errors[place])
+            for place in our_errors.keys() & their_errors
+            if our_errors[place] != their_errors[place]
+        ]
+        only_ours += len(our_errors.keys() - their_errors)
+        only_theirs += len(their_errors.keys() - our_errors)
     means = np.mean(sorted(pairs), axis=0).tolist() if pairs else (None, None)
     return {"n": len(pairs), "ours": means[0], "theirs": means[1], "only_ours": only_ours, "only_theirs": only_theirs}
 
 
-def _sign_report(sign: int, truth: TrackTable, results: TrackTable, found: Matching, wanted: BoolArray) -> SignReport:
-    own = truth.track[found.reference] == sign
-    matched = found.candidate[own]
+def _sign_report(
+    sign: int, truth: TrackTable, results: TrackTable, matching: Matching, is_counted: BoolArray
+) -> SignReport:
+    is_of_sign = truth.track[matching.reference] == sign
+    matched = matching.candidate[is_of_sign]
     sequence = results.track[matched].tolist()
-    mine = np.flatnonzero(wanted & (truth.track == sign))
-    seen = np.flatnonzero(np.isin(mine, found.reference[own])).tolist()
+    sign_rows = np.flatnonzero(is_counted & (truth.track == sign))
+    covered = np.flatnonzero(np.isin(sign_rows, matching.reference[is_of_sign])).tolist()
     return SignReport(
         track_id=sign,
-        class_id=Counter(truth.class_id[mine].tolist()).most_common(1)[0][0],
-        frames=len(mine),
-        covered=len(seen),
+        class_id=Counter(truth.class_id[sign_rows].tolist()).most_common(1)[0][0],
+        frames=len(sign_rows),
+        covered=len(covered),
         ids=tuple(dict.fromkeys(sequence)),
         switches=sum(1 for a, b in pairwise(sequence) if a != b),
         # An interruption is a gap between two covered frames.
-        fragments=sum(1 for a, b in pairwise(seen) if b > a + 1),
+        fragments=sum(1 for a, b in pairwise(covered) if b > a + 1),
         predicted_class=int(results.class_id[matched[-1]]) if len(matched) else None,
     )
 
 
-def _followed(truth: TrackTable, results: TrackTable, found: Matching, wanted: BoolArray) -> tuple[float, ...]:
+def _followed_errors(
+    truth: TrackTable, results: TrackTable, matching: Matching, is_counted: BoolArray
+) -> tuple[float, ...]:
     """Eq. 7 of each row against the sign that its track matched most often, in the wanted frames of that sign."""
     votes: dict[int, Counter[int]] = {}
-    for sign, track in zip(truth.track[found.reference].tolist(), results.track[found.candidate].tolist(), strict=True):
+    for sign, track in zip(
+        truth.track[matching.reference].tolist(), results.track[matching.candidate].tolist(), strict=True
+    ):
         votes.setdefault(track, Counter())[sign] += 1
-    belongs = {track: counter.most_common(1)[0][0] for track, counter in votes.items()}
-    rows = np.flatnonzero(wanted)
-    place = dict(zip(zip(truth.frame[rows].tolist(), truth.track[rows].tolist(), strict=True), rows, strict=True))
-    keys = zip(results.frame.tolist(), (belongs.get(track) for track in results.track.tolist()), strict=True)
-    pairs = [(place[key], row) for row, key in enumerate(keys) if key in place]
+    sign_of_track = {track: counter.most_common(1)[0][0] for track, counter in votes.items()}
+    rows = np.flatnonzero(is_counted)
+    row_of = dict(zip(zip(truth.frame[rows].tolist(), truth.track[rows].tolist(), strict=True), rows, strict=True))
+    keys = zip(results.frame.tolist(), (sign_of_track.get(track) for track in results.track.tolist()), strict=True)
+    pairs = [(row_of[key], row) for row, key in enumerate(keys) if key in row_of]
     a, b = np.array(pairs, np.int64).reshape(-1, 2).T
     return tuple(non_overlap_each(truth.boxes[a], results.boxes[b]).tolist())
 

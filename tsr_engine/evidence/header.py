@@ -14,7 +14,7 @@ from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.schema import RUN_FILE, SCHEMA_VERSION
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.json_shapes import JsonMapping, JsonObject
-from tsr_engine.params.renamed import present_sections, stored_sections
+from tsr_engine.params.aliases import current_sections, stored_sections
 from tsr_engine.version import __version__
 
 RunState = Literal["running", "complete", "interrupted", "failed"]
@@ -168,7 +168,7 @@ def _header_of(content: JsonObject) -> RunHeader:
         raise ValueError(state)
     return RunHeader(
         video=VideoIdentity(str(video["name"]), str(video["sha256"]), int(video["size"])),
-        parameters=present_sections(content["parameters"]),
+        parameters=current_sections(content["parameters"]),
         models=dict(content["models"]),
         frame_table=dict(content["frame_table"]),
         engine_version=str(content["engine_version"]),

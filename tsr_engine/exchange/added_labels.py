@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 from pydantic import ValidationError
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.labels.changes import key_of, next_version
-from tsr_engine.labels.model import MOST_LABELS, Attribute, Label, LabelSet
-from tsr_engine.labels.refusals import ChangeError
-from tsr_engine.labels.wording import comparable
+from tsr_engine.labels.conflicts import ChangeError
+from tsr_engine.labels.model import MAX_LABELS, Attribute, Label, LabelSet
+from tsr_engine.labels.name_matching import comparable
+from tsr_engine.plural import plural
 
 __all__ = ["DeclaredLabel", "UnknownLabel", "UnknownLabels", "unknown_labels_error", "with_labels", "with_new_labels"]
 
@@ -92,12 +92,12 @@ def unknown_labels_error(
     for each in listed[:_MAX_LISTED]:
         like = f"; like {' or '.join(repr(label.key) for label in each.suggestions)}" if each.suggestions else ""
         descriptions.append(
-            f"{each.name[:80]!r} ({counted(each.tracks, 'track')}, {counted(each.boxes, 'box', 'boxes')}{like})"
+            f"{each.name[:80]!r} ({plural(each.tracks, 'track')}, {plural(each.boxes, 'box', 'boxes')}{like})"
         )
     more = f" and {len(listed) - _MAX_LISTED} more" if len(listed) > _MAX_LISTED else ""
     one = len(listed) == 1
     return UnknownLabels(
-        f"{file}: {counted(len(listed), 'name')} {'is' if one else 'are'} no label of {labels.name}: "
+        f"{file}: {plural(len(listed), 'name')} {'is' if one else 'are'} no label of {labels.name}: "
         f"{', '.join(descriptions)}{more}. {'It' if one else 'The first'} stands in {found[0].location}.",
         listed,
     )
@@ -151,10 +151,10 @@ def with_new_labels(
         known[normalized_name] = ids[name] = label.id
         used_names |= {comparable(key), normalized_name}
         added.append(label)
-    if len(labels) + len(added) > MOST_LABELS:
+    if len(labels) + len(added) > MAX_LABELS:
         raise ImportFormatError(
             f"{file}: has {len(added)} new labels; with the {len(labels)} of {labels.name} that is more than "
-            f"{MOST_LABELS}, the most that a set holds. Leave them out with unknown=skip, or map them.",
+            f"{MAX_LABELS}, the most that a set holds. Leave them out with unknown=skip, or map them.",
             "too_large",
         )
     if not added:

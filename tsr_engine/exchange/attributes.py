@@ -7,13 +7,13 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped, Track
 from tsr_engine.exchange.frame_rows import TrackInfo
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import AttributeValue
+from tsr_engine.plural import plural
 
 __all__ = [
     "attributes_as_json",
@@ -137,9 +137,9 @@ def lost_attributes(dataset: Dataset, *, all_of_them: bool, title: str) -> list[
             of_frames += len(track.changing)
     found = []
     if all_of_them and of_tracks:
-        found.append(Skipped(f"{counted(of_tracks, 'attribute')} of tracks", f"{title} has no place for them."))
+        found.append(Skipped(f"{plural(of_tracks, 'attribute')} of tracks", f"{title} has no place for them."))
     if of_frames:
-        what = f"{counted(of_frames, 'attribute')} that change from frame to frame"
+        what = f"{plural(of_frames, 'attribute')} that change from frame to frame"
         found.append(Skipped(what, f"{title} has no place for them."))
     return found
 

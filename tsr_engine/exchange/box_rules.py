@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable
 from typing import TypeVar, cast
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Skipped
 from tsr_engine.exchange.formats import BAD_BOXES, ImportTarget
 from tsr_engine.exchange.reading import location_of, refuse
+from tsr_engine.plural import plural
 
 __all__ = ["NO_BOX", "BoxRules", "Edges"]
 
@@ -91,13 +91,13 @@ class BoxRules:
         found: list[Skipped] = []
         if self._outside:
             reason = f"They lie outside the picture; the first: {self._first_outside}."
-            found.append(Skipped(counted(self._outside, "box", "boxes"), reason))
+            found.append(Skipped(plural(self._outside, "box", "boxes"), reason))
         if self._bad:
             reason = (
                 "They have no area, or a coordinate is missing or not a number "
                 f"({BAD_BOXES.name}=skip); the first: {self._first_bad}"
             )
-            found.append(Skipped(counted(self._bad, "box", "boxes"), reason))
+            found.append(Skipped(plural(self._bad, "box", "boxes"), reason))
         return found
 
 

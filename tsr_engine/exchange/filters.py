@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import UsageError
 from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 
 EDITED_SOURCES = frozenset({"corrected", "human"})
@@ -241,12 +241,12 @@ def _count_left_out(video: DatasetVideo, part: DatasetVideo, filters: Filters) -
             unlabelled = int((inside & (track.labels == NO_CLASS)).sum())
         no_label_boxes += unlabelled
         small_boxes += max(left_out - unlabelled, 0)
-    found = [(counted(count, "track"), why) for why, count in sorted(track_counts.items())]
+    found = [(plural(count, "track"), why) for why, count in sorted(track_counts.items())]
     for boxes, why in (
         (no_label_boxes, "They have no label of the set (not_in_set=leave-out)."),
         (outside_boxes, f"They lie outside of frames {part.first} to {part.stop - 1}."),
         (small_boxes, f"Their shorter side is below {filters.min_side or 0:g} px."),
     ):
         if boxes:
-            found.append((counted(boxes, "box", "boxes"), why))
+            found.append((plural(boxes, "box", "boxes"), why))
     return [Skipped(f"{video.name}: {what}", reason) for what, reason in found]

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.frame_numbering import find_origin
@@ -22,6 +21,7 @@ from tsr_engine.exchange.picture_sequences import ListedPicture, PictureSequence
 from tsr_engine.exchange.reading import location_of, refuse
 from tsr_engine.exchange.roboflow import refuse_changed_pictures
 from tsr_engine.exchange.video_spellings import normalized_name
+from tsr_engine.plural import plural
 
 __all__ = ["frames_of_pictures"]
 
@@ -188,7 +188,7 @@ def _refuse_duplicates(listed: Sequence[ListedPicture], out: list[int | None], v
             "another video, of another subset, or that is an augmented copy.",
         )
     if repeated:
-        count = counted(repeated, "picture is", "pictures are")
+        count = plural(repeated, "picture is", "pictures are")
         validator.repair(f"{count} listed by several files; the boxes of all of these were taken.")
 
 
@@ -202,12 +202,12 @@ def _report_others(
         count = sum(len(sequence.indices) for sequence in sequences)
         reason = f"They are of another video than {validator.target.video.name}"
         validator.skip(
-            counted(count, "picture"), f"{reason}: {_listing(sequences, lambda sequence: sequence.display_name)}."
+            plural(count, "picture"), f"{reason}: {_listing(sequences, lambda sequence: sequence.display_name)}."
         )
     if unnumbered:
         first = listed[unnumbered[0].position]
         reason = f"Their names have no frame number, and do not name {validator.target.video.name}"
-        validator.skip(counted(len(unnumbered), "picture"), f"{reason}; the first is {first.name[:80]!r}.")
+        validator.skip(plural(len(unnumbered), "picture"), f"{reason}; the first is {first.name[:80]!r}.")
 
 
 def _several_videos_error(

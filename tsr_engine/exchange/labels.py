@@ -12,7 +12,7 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.matching import LabelFinder, Suggestions
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.labels.wording import comparable
+from tsr_engine.labels.name_matching import comparable
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["UNKNOWN", "ClassMap", "LabelMatcher", "benchmark_keys", "benchmark_numbers", "class_map", "label_name"]

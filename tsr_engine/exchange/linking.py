@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.json_shapes import JsonMapping
+from tsr_engine.plural import plural
 
 __all__ = ["LINK_SWITCH", "MAX_GAP_FRAMES", "MIN_IOU", "UntrackedBoxes"]
 
@@ -112,8 +112,8 @@ class UntrackedBoxes:
                 score=box.score,
                 attributes=box.attributes,
             )
-        result = f"linked to {counted(len(names), 'track')} by overlap" if linked else "taken as tracks of one frame"
-        count = counted(len(boxes), "box has", "boxes have")
+        result = f"linked to {plural(len(names), 'track')} by overlap" if linked else "taken as tracks of one frame"
+        count = plural(len(boxes), "box has", "boxes have")
         self._validator.repair(f"{self._file}: {count} no track id: {result}.")
         self._boxes.clear()
 

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.check_track import check_track
 from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped, Track
@@ -25,6 +24,7 @@ from tsr_engine.exchange.video_names import video_names
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import Label, LabelSet
+from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 from tsr_engine.version import __version__
 
@@ -142,8 +142,8 @@ def count_tracks(dataset: Dataset, options: ExportOptions) -> TrackCounts:
             entry["boxes"] += len(track.frames)
         annotated.append(np.flatnonzero(has_sign).astype(np.int64))
         negatives.append(tuple(rejected))
-    skipped = [Skipped(counted(left_out, "track"), "They are on no side of the split.")] if left_out else []
-    skipped += [Skipped(counted(outside, "box", "boxes"), "They lie outside of the picture.")] if outside else []
+    skipped = [Skipped(plural(left_out, "track"), "They are on no side of the split.")] if left_out else []
+    skipped += [Skipped(plural(outside, "box", "boxes"), "They lie outside of the picture.")] if outside else []
     repaired = [f"Boxes that reached over the edge of the picture were cut there: {clipped}."] if clipped else []
     return TrackCounts(tracks, boxes, negatives, annotated, counts, skipped, repaired)
 

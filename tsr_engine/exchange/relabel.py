@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.labels.wording import comparable
+from tsr_engine.labels.name_matching import comparable
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["relabel_track", "resolve_merged_labels", "unite_label_sets"]

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo
+from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = [
@@ -109,7 +109,7 @@ def make_split(
     weights = [weight for weight in weights if weight]
     if len(weights) < len(shares_by_subset):
         raise ExportError(
-            f"The signs form {counted(len(weights), 'group')} that must stay whole, too few for "
+            f"The signs form {plural(len(weights), 'group')} that must stay whole, too few for "
             f"{' / '.join(shares_by_subset)}. "
             + ("Use more videos." if rule == "video" else "Use more videos, or fewer subsets.")
         )

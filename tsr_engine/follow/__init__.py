@@ -2,7 +2,7 @@
 
 from tsr_engine.follow.core import follow
 from tsr_engine.follow.records import (
-    NARROWEST,
+    MIN_WIDTH_PX,
     Anchor,
     Direction,
     Ending,
@@ -11,12 +11,12 @@ from tsr_engine.follow.records import (
     Pictures,
     Proposal,
     Reason,
-    Shown,
     Source,
+    VideoFrame,
 )
 
 __all__ = [
-    "NARROWEST",
+    "MIN_WIDTH_PX",
     "Anchor",
     "Direction",
     "Ending",
@@ -25,7 +25,7 @@ __all__ = [
     "Pictures",
     "Proposal",
     "Reason",
-    "Shown",
     "Source",
+    "VideoFrame",
     "follow",
 ]

@@ -15,10 +15,10 @@ from tsr_engine.records import FloatArray
 
 __all__ = ["align"]
 
-_ROUNDS = 12
-_SMALL_STEP = 0.005
+_MAX_ITERATIONS = 12
+_MIN_STEP_PX = 0.005
 """px of the template: a smaller step ends the iteration."""
-_LARGEST_STEP = 1.5
+_MAX_STEP_PX = 1.5
 _CHANNELS = 3
 
 
@@ -43,7 +43,7 @@ def align(
     n = 4 + _CHANNELS
     cx, cy, scale = start[0], start[1], start[2]
     patch = np.empty((height, width, _CHANNELS), np.float32)
-    size = np.empty((height, width), np.float32)
+    lengths = np.empty((height, width), np.float32)
     grad_x, grad_y = np.zeros((height, width, _CHANNELS)), np.zeros((height, width, _CHANNELS))
     for i in range(1, height - 1):
         for j in range(1, width - 1):
@@ -53,22 +53,22 @@ def align(
     gain, offset = 1.0, np.zeros(_CHANNELS)
     row = np.empty(n)
     error = 1.0
-    fits = 0.0
-    gain, correlation = _light(region, template, weights, cx, cy, scale, patch, offset)
-    for _ in range(_ROUNDS):
-        spread = _residuals(template, weights, patch, gain, offset, size)
+    inlier_share = 0.0
+    gain, correlation = _fit_light(region, template, weights, cx, cy, scale, patch, offset)
+    for _ in range(_MAX_ITERATIONS):
+        spread = _residual_lengths(template, weights, patch, gain, offset, lengths)
         normal, target = np.zeros((n, n)), np.zeros(n)
-        total = fits = squares = 0.0
+        total = inlier_share = squares = 0.0
         for i in range(1, height - 1):
             y = i - (height - 1) / 2.0
             for j in range(1, width - 1):
                 if weights[i, j] <= 0.0:
                     continue
                 x = j - (width - 1) / 2.0
-                robust = 1.0 / (1.0 + (size[i, j] / spread) ** 2)
+                robust = 1.0 / (1.0 + (lengths[i, j] / spread) ** 2)
                 weight = weights[i, j] * robust
                 total += weights[i, j]
-                fits += weight
+                inlier_share += weight
                 for c in range(_CHANNELS):
                     gx = gain * grad_x[i, j, c] + 0.25 * (patch[i, j + 1, c] - patch[i, j - 1, c])
                     gy = gain * grad_y[i, j, c] + 0.25 * (patch[i + 1, j, c] - patch[i - 1, j, c])
@@ -89,22 +89,22 @@ def align(
             normal[a, a] += 1e-6 * normal[a, a] + 1e-9
         inverse = np.linalg.inv(normal)
         step = inverse @ target
-        fits /= max(total, 1e-9)
+        inlier_share /= max(total, 1e-9)
         error = np.sqrt(inverse[2, 2] * squares / max(_CHANNELS * total, 1.0))
-        dx = min(max(step[0], -_LARGEST_STEP), _LARGEST_STEP)
-        dy = min(max(step[1], -_LARGEST_STEP), _LARGEST_STEP)
+        dx = min(max(step[0], -_MAX_STEP_PX), _MAX_STEP_PX)
+        dy = min(max(step[1], -_MAX_STEP_PX), _MAX_STEP_PX)
         ds = min(max(step[2], -0.08), 0.08)
         cx += scale * dx
         cy += scale * dy
         scale *= 1.0 + ds
-        gain, correlation = _light(region, template, weights, cx, cy, scale, patch, offset)
-        if abs(dx) + abs(dy) + abs(ds) * height / 2.0 < _SMALL_STEP:
+        gain, correlation = _fit_light(region, template, weights, cx, cy, scale, patch, offset)
+        if abs(dx) + abs(dy) + abs(ds) * height / 2.0 < _MIN_STEP_PX:
             break
-    return np.array([cx, cy, scale, correlation, fits, error])
+    return np.array([cx, cy, scale, correlation, inlier_share, error])
 
 
 @njit(cache=True, nogil=True)
-def _light(
+def _fit_light(
     region: NDArray[np.float32],
     template: NDArray[np.float32],
     weights: NDArray[np.float32],
@@ -154,17 +154,17 @@ def _light(
 
 
 @njit(cache=True, nogil=True)
-def _residuals(
+def _residual_lengths(
     template: NDArray[np.float32],
     weights: NDArray[np.float32],
     patch: NDArray[np.float32],
     gain: float,
     offset: FloatArray,
-    size: NDArray[np.float32],
+    lengths: NDArray[np.float32],
 ) -> float:
     """Write the length of each pixel's residual into ``size``; returns the spread at which a residual counts half."""
     height, width = weights.shape
-    some = np.empty(height * width)
+    used = np.empty(height * width)
     count = 0
     for i in range(height):
         for j in range(width):
@@ -172,8 +172,8 @@ def _residuals(
             for c in range(_CHANNELS):
                 residual = patch[i, j, c] - gain * template[i, j, c] - offset[c]
                 squares += residual * residual
-            size[i, j] = np.sqrt(squares)
+            lengths[i, j] = np.sqrt(squares)
             if weights[i, j] > 0.0:
-                some[count] = size[i, j]
+                used[count] = lengths[i, j]
                 count += 1
-    return max(2.5 * np.median(some[:count]), 4.0) if count else 4.0
+    return max(2.5 * np.median(used[:count]), 4.0) if count else 4.0

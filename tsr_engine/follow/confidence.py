@@ -10,11 +10,11 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = ["KEPT", "LEARNED", "WEIGHTS", "Evidence"]
+__all__ = ["MIN_KEPT_CONFIDENCE", "MIN_LEARNED_CONFIDENCE", "WEIGHTS", "Evidence"]
 
-KEPT: Final = 0.55
+MIN_KEPT_CONFIDENCE: Final = 0.55
 """Confidence below which a sign counts as hidden."""
-LEARNED: Final = 0.85
+MIN_LEARNED_CONFIDENCE: Final = 0.85
 """Confidence from which the sign's appearance is learned."""
 
 WEIGHTS: Final = {

@@ -14,12 +14,12 @@ from itertools import pairwise
 import numpy as np
 
 from tsr_engine.errors import UsageError
-from tsr_engine.follow.camera import Camera
-from tsr_engine.follow.joining import join
-from tsr_engine.follow.one_way import OneWay, Step
-from tsr_engine.follow.outwards import Outwards
-from tsr_engine.follow.placing import Placed, place, templates_of
+from tsr_engine.follow.anchors import PlacedAnchor, place_anchors, templates_of
+from tsr_engine.follow.camera_motion import CameraMotionEstimator
+from tsr_engine.follow.joined_passes import join_passes
+from tsr_engine.follow.outward_pass import OutwardPass
 from tsr_engine.follow.records import Anchor, Direction, Event, FollowerModels, Pictures, Proposal
+from tsr_engine.follow.sign_follower import SignFollower, Step
 from tsr_engine.geometry.boxes import clip
 
 __all__ = ["follow"]
@@ -63,78 +63,78 @@ def follow(
             raise UsageError(f"The box of frame {anchor.frame} is outside frames {first} to {end}. Choose another box.")
     if between and len(anchors) < 2:
         raise UsageError("Following between boxes needs at least two boxes. Add another one.")
-    placed = place(pictures, anchors, parts.window_scorer)
+    placed = place_anchors(pictures, anchors, parts.window_scorer)
     for start in placed:
-        yield Proposal(start.frame, start.shown, 1.0, "anchor")
+        yield Proposal(start.frame, start.visible_box, 1.0, "anchor")
     for left, right in pairwise(placed):
-        yield from _gap(pictures, left, right, placed, parts, cancelled)
+        yield from _follow_between(pictures, left, right, placed, parts, cancelled)
     if between:
         return
-    ways = []
+    passes = []
     if direction != "backward":
-        ways.append(Outwards(pictures, placed[-1], placed, parts, "forward", last, cancelled).events())
+        passes.append(OutwardPass(pictures, placed[-1], placed, parts, "forward", last, cancelled).events())
     if direction != "forward":
-        ways.append(Outwards(pictures, placed[0], placed, parts, "backward", first, cancelled).events())
-    while ways:
-        for way in list(ways):
-            event = next(way, None)
+        passes.append(OutwardPass(pictures, placed[0], placed, parts, "backward", first, cancelled).events())
+    while passes:
+        for outward in list(passes):
+            event = next(outward, None)
             if event is None:
-                ways.remove(way)
+                passes.remove(outward)
             else:
                 yield event
 
 
-def _gap(
+def _follow_between(
     pictures: Pictures,
-    left: Placed,
-    right: Placed,
-    placed: Sequence[Placed],
+    left: PlacedAnchor,
+    right: PlacedAnchor,
+    placed: Sequence[PlacedAnchor],
     parts: FollowerModels,
     cancelled: Callable[[], bool],
 ) -> Iterator[Proposal]:
     """The proposals of the frames between two anchors; the passes are not joined after a cancellation."""
-    ahead: dict[int, Step] = {}
-    back: dict[int, Step] = {}
+    forward: dict[int, Step] = {}
+    backward: dict[int, Step] = {}
     size = (1, 1)
-    for frame, step, size in _pass(pictures, left, right, placed, parts, cancelled):
-        ahead[frame] = step
+    for frame, step, size in _follow_towards(pictures, left, right, placed, parts, cancelled):
+        forward[frame] = step
         yield Proposal(frame, clip(step.box, *size), step.confidence, step.source)
-    for frame, step, _ in _pass(pictures, right, left, placed, parts, cancelled):
-        back[frame] = step
+    for frame, step, _ in _follow_towards(pictures, right, left, placed, parts, cancelled):
+        backward[frame] = step
     if cancelled():
         return
-    joined = join((left.frame, left.shown), (right.frame, right.shown), ahead, back)
+    joined = join_passes((left.frame, left.visible_box), (right.frame, right.visible_box), forward, backward)
     for frame in sorted(joined):
         step = joined[frame]
         yield Proposal(frame, clip(step.box, *size), step.confidence, step.source)
 
 
-def _pass(
+def _follow_towards(
     pictures: Pictures,
-    start: Placed,
-    goal: Placed,
-    placed: Sequence[Placed],
+    start: PlacedAnchor,
+    goal: PlacedAnchor,
+    placed: Sequence[PlacedAnchor],
     parts: FollowerModels,
     cancelled: Callable[[], bool],
 ) -> Iterator[tuple[int, Step, tuple[int, int]]]:
     """Follow from one anchor to another, up to a cut of the film."""
     sign = 1 if goal.frame > start.frame else -1
-    shown = pictures(start.frame)
-    assert shown is not None, "anchors are of frames that the video has"
-    camera = Camera(shown.picture)
-    height, width = shown.picture.shape[:2]
-    looks = templates_of(start, placed)
-    way = OneWay(shown.picture, start.box, looks, "forward" if sign > 0 else "backward", parts)
+    video_frame = pictures(start.frame)
+    assert video_frame is not None, "anchors are of frames that the video has"
+    camera = CameraMotionEstimator(video_frame.picture)
+    height, width = video_frame.picture.shape[:2]
+    templates = templates_of(start, placed)
+    follower = SignFollower(video_frame.picture, start.box, templates, "forward" if sign > 0 else "backward", parts)
     for frame in range(start.frame + sign, goal.frame, sign):
         if cancelled():
             return
-        shown = pictures(frame)
-        if shown is None:
+        video_frame = pictures(frame)
+        if video_frame is None:
             return
-        turn = camera.step(shown.picture)
-        step = way.step(shown.picture, turn.shift, turn.repeated, not shown.corrupt)
-        if turn.cut and way.hidden:
+        motion = camera.step(video_frame.picture)
+        step = follower.step(video_frame.picture, motion.shift, motion.repeated, not video_frame.corrupt)
+        if motion.cut and follower.hidden:
             return
         if not np.isfinite(step.box).all():
             return
-        yield frame, step.within(start.guess), (width, height)
+        yield frame, step.within(start.extension_error), (width, height)

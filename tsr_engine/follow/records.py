@@ -11,7 +11,7 @@ from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.records import FloatArray, Picture
 
 __all__ = [
-    "NARROWEST",
+    "MIN_WIDTH_PX",
     "Anchor",
     "Direction",
     "Ending",
@@ -20,11 +20,11 @@ __all__ = [
     "Pictures",
     "Proposal",
     "Reason",
-    "Shown",
     "Source",
+    "VideoFrame",
 ]
 
-NARROWEST: Final = 10.0
+MIN_WIDTH_PX: Final = 10.0
 """px: following ends when the sign's box is narrower than this."""
 
 Direction = Literal["backward", "forward"]
@@ -33,10 +33,10 @@ Source = Literal["anchor", "detected", "matched", "predicted"]
 template matches. ``predicted``: the sign is hidden, and the box follows its motion."""
 Reason = Literal["video", "limit", "picture edge", "small", "gone", "cut", "cancelled"]
 """Why a direction ends: the video ends; the range of frames ends; the sign leaves the picture; it is narrower than
-:data:`NARROWEST`; it is not found any more; the film is cut; the caller cancelled."""
+:data:`MIN_WIDTH_PX`; it is not found any more; the film is cut; the caller cancelled."""
 
 
-class Shown(Protocol):
+class VideoFrame(Protocol):
     """One decoded frame; :class:`tsr_engine.io.video.Frame` is one."""
 
     @property
@@ -50,7 +50,7 @@ class Shown(Protocol):
         ...
 
 
-Pictures = Callable[[int], Shown | None]
+Pictures = Callable[[int], VideoFrame | None]
 """Returns a frame by its ordinal; None: the video has no such frame."""
 
 

@@ -14,32 +14,32 @@ from numpy.typing import NDArray
 from tsr_engine.follow.alignment import align
 from tsr_engine.follow.template import Template, View, level_below, size_of, view
 from tsr_engine.geometry.boxes import to_xyxy
-from tsr_engine.online.relocalisation import vertex
+from tsr_engine.online.relocalisation import parabola_peak
 from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["Match", "search"]
 
-_COARSE: Final = 16.0
+_COARSE_SIZE_PX: Final = 16.0
 """Largest size of the box in the search by correlation, px."""
-_COARSER: Final = 11.3
+_COARSE_SIZE_WIDE_PX: Final = 11.3
 """The same for a search radius larger than the box, px."""
 _SCALE_STEP: Final = 0.09
 """Largest distance of neighbouring scales of the search, natural logarithm; alignment corrects half of it."""
-_ONE_SCALE: Final = 0.035
+_ONE_SCALE_SPREAD: Final = 0.035
 """Spread of the size below which one scale suffices."""
-_PENALTY: Final = 0.1
+_DISTANCE_PENALTY: Final = 0.1
 """Correlation that a place at the edge of the search area loses, compared with the middle."""
-_WIDEST: Final = 2.0
+_MAX_REACH: Final = 2.0
 """Largest search distance on each side of the box, in sides of the box."""
-_ENLARGED: Final = 1.4
+_MAX_ENLARGEMENT: Final = 1.4
 """Largest enlargement of a template; beyond it, the comparison gains no detail."""
-_FAR: Final = 0.4
+_MAX_ALIGNMENT_MOVE: Final = 0.4
 """Largest valid move of the alignment, as a share of the box; beyond it, it has left the correct minimum."""
-_GROWN: Final = 0.3
+_MAX_ALIGNMENT_LOG_SCALE: Final = 0.3
 """Largest valid change of size by the alignment, natural logarithm."""
-_PIXEL: Final = 0.12
+_MIN_ERROR_PX: Final = 0.12
 """Least error of an alignment, px of the comparison."""
-_UNLIKE: Final = 0.12
+_ERROR_PER_DISSIMILARITY: Final = 0.12
 """Error of the size per unit of correlation below 1, natural logarithm."""
 
 
@@ -76,83 +76,83 @@ def search(
     Returns:
         The match; None if no template could be aligned.
     """
-    start = _coarse(picture, templates[:2], box, stretch, radius, spread)
-    found: list[tuple[float, FloatArray, float, float, bool]] = []
+    start = _search_coarse(picture, templates[:2], box, stretch, radius, spread)
+    aligned: list[tuple[float, FloatArray, float, float, bool]] = []
     size = size_of(start)
     for template in templates:
-        level = min(level_below(size), level_below(template.size * _ENLARGED))
-        pixels, weights = template.at(level)
+        level = min(level_below(size), level_below(template.size * _MAX_ENLARGEMENT))
+        pixels, weights = template.at_level(level)
         region = view(picture, start, level, 0.35 * level + 3.0)
         middle = region.middle
         x, y, scale, similarity, _, error = align(
-            region.pixels, pixels, _inside(weights, region, picture), np.array([middle, middle, 1.0])
+            region.pixels, pixels, _weights_inside(weights, region, picture), np.array([middle, middle, 1.0])
         )
         moved = np.array([x - middle, y - middle])
-        if not (np.isfinite(scale) and abs(math.log(max(scale, 1e-3))) < _GROWN):
+        if not (np.isfinite(scale) and abs(math.log(max(scale, 1e-3))) < _MAX_ALIGNMENT_LOG_SCALE):
             continue
-        if np.abs(moved).max() > _FAR * level + 3.0:
+        if np.abs(moved).max() > _MAX_ALIGNMENT_MOVE * level + 3.0:
             continue
-        unlike = _UNLIKE * max(0.0, 1.0 - similarity)
-        variance = template.variance + (_PIXEL / level) ** 2 + error**2 + unlike**2
+        dissimilarity_error = _ERROR_PER_DISSIMILARITY * max(0.0, 1.0 - similarity)
+        variance = template.variance + (_MIN_ERROR_PX / level) ** 2 + error**2 + dissimilarity_error**2
         centre = region.centre + moved / region.scale
-        found.append((variance, centre, math.log(size * scale), similarity, template.anchor))
-    if not found:
+        aligned.append((variance, centre, math.log(size * scale), similarity, template.anchor))
+    if not aligned:
         return None
-    trust = 1.0 / np.array([row[0] for row in found])
-    centre = trust @ np.array([row[1] for row in found]) / trust.sum()
-    grown = math.exp(float(trust @ np.array([row[2] for row in found]) / trust.sum()))
+    precision = 1.0 / np.array([row[0] for row in aligned])
+    centre = precision @ np.array([row[1] for row in aligned]) / precision.sum()
+    fitted_size = math.exp(float(precision @ np.array([row[2] for row in aligned]) / precision.sum()))
     return Match(
-        to_xyxy(np.array([*centre, grown * stretch, grown / stretch])),
+        to_xyxy(np.array([*centre, fitted_size * stretch, fitted_size / stretch])),
         # The errors of templates are correlated, so several are hardly better than the best one.
-        max(1.0 / trust.sum(), 0.6 * min(row[0] for row in found)),
-        max(row[3] for row in found),
-        max((row[3] for row in found if row[4]), default=0.0),
+        max(1.0 / precision.sum(), 0.6 * min(row[0] for row in aligned)),
+        max(row[3] for row in aligned),
+        max((row[3] for row in aligned if row[4]), default=0.0),
     )
 
 
-def _coarse(
+def _search_coarse(
     picture: Picture, templates: Sequence[Template], box: FloatArray, stretch: float, radius: float, spread: float
 ) -> FloatArray:
     """The box at the best place and scale by correlation; the given box if nothing can be compared."""
     size = size_of(box)
     # A search in a large area or over many sizes uses fewer pixels.
-    level = min(_COARSE if radius < size else _COARSER, max(size, 8.0))
-    reach = min(radius * level / size, _WIDEST * level)
+    level = min(_COARSE_SIZE_PX if radius < size else _COARSE_SIZE_WIDE_PX, max(size, 8.0))
+    reach = min(radius * level / size, _MAX_REACH * level)
     region = view(picture, box, level, reach)
-    best, at = -2.0, box
+    best, best_box = -2.0, box
     for template in templates:
         for scale in _scales(spread):
-            look, weights = template.at(level * scale)
+            pixels, weights = template.at_level(level * scale)
             h, w = weights.shape
             if max(h, w) > len(region.pixels):
                 continue
             response = cv2.matchTemplate(
-                region.pixels, look, cv2.TM_CCOEFF_NORMED, mask=np.repeat(weights[..., None], 3, axis=2)
+                region.pixels, pixels, cv2.TM_CCOEFF_NORMED, mask=np.repeat(weights[..., None], 3, axis=2)
             )
             response[~(np.abs(response) <= 1.01)] = -1.0  # areas of one colour have no correlation
             across = np.arange(response.shape[1]) + (w - 1) / 2.0 - region.middle
             down = np.arange(response.shape[0]) + (h - 1) / 2.0 - region.middle
-            score = response - _PENALTY * ((across / reach) ** 2 + (down / reach)[:, None] ** 2)
+            score = response - _DISTANCE_PENALTY * ((across / reach) ** 2 + (down / reach)[:, None] ** 2)
             i, j = np.unravel_index(int(score.argmax()), score.shape)
             if score[i, j] > best:
                 best = float(score[i, j])
-                x, y = across[j] + vertex(score[i], int(j)), down[i] + vertex(score[:, j], int(i))
+                x, y = across[j] + parabola_peak(score[i], int(j)), down[i] + parabola_peak(score[:, j], int(i))
                 centre = region.centre + np.array([x, y]) / region.scale
-                at = to_xyxy(np.array([*centre, size * scale * stretch, size * scale / stretch]))
-    return at
+                best_box = to_xyxy(np.array([*centre, size * scale * stretch, size * scale / stretch]))
+    return best_box
 
 
 def _scales(spread: float) -> list[float]:
     """Scales to try, evenly spaced in their logarithm."""
-    steps = math.ceil(spread / _SCALE_STEP) if spread > _ONE_SCALE else 0
+    steps = math.ceil(spread / _SCALE_STEP) if spread > _ONE_SCALE_SPREAD else 0
     return [math.exp(spread * i / max(steps, 1)) for i in range(-steps, steps + 1)]
 
 
-def _inside(weights: NDArray[np.float32], region: View, picture: Picture) -> NDArray[np.float32]:
+def _weights_inside(weights: NDArray[np.float32], region: View, picture: Picture) -> NDArray[np.float32]:
     """Weights without the pixels that would lie beyond the picture."""
     height, width = picture.shape[:2]
     h, w = weights.shape
     x = region.centre[0] + (np.arange(w) - (w - 1) / 2.0) / region.scale
     y = region.centre[1] + (np.arange(h) - (h - 1) / 2.0) / region.scale
-    seen = ((x > 1.0) & (x < width - 1.0))[None, :] & ((y > 1.0) & (y < height - 1.0))[:, None]
-    return weights if seen.all() else (weights * seen).astype(np.float32)
+    inside = ((x > 1.0) & (x < width - 1.0))[None, :] & ((y > 1.0) & (y < height - 1.0))[:, None]
+    return weights if inside.all() else (weights * inside).astype(np.float32)

@@ -17,10 +17,10 @@ __all__ = ["LEVELS", "Template", "View", "level_below", "size_of", "view"]
 
 LEVELS: Final = (8.0, 9.5, 11.3, 13.5, 16.0, 19.0, 22.6, 27.0, 32.0)
 """Sizes (root of a box's area) at which pictures are compared, px."""
-_RIM: Final = 0.08
+_BORDER_SHARE: Final = 0.08
 """Border around the box that is compared as well, as a share of its size: a sign's edge needs background."""
 _CORNER_WEIGHT: Final = 0.1
-_STORED: Final = 2.0
+_STORED_RESOLUTION: Final = 2.0
 """Largest resolution of stored pixels, as a multiple of the largest level."""
 
 
@@ -85,50 +85,45 @@ class Template:
     anchor: bool
     size: float
     _picture: Picture
-    _own: FloatArray
-    _edges: FloatArray
-    _looks: dict[float, tuple[NDArray[np.float32], NDArray[np.float32]]] = field(default_factory=dict)
+    _stored_box: FloatArray
+    _picture_edges: FloatArray
+    _cache: dict[float, tuple[NDArray[np.float32], NDArray[np.float32]]] = field(default_factory=dict)
 
     @classmethod
     def cut(cls, picture: Picture, box: FloatArray, variance: float, anchor: bool) -> Template:
         """Make a template from a picture and a box (4,); pixels beyond the picture's edge get no weight."""
         size = size_of(box)
-        level = min(size, _STORED * LEVELS[-1])
+        level = min(size, _STORED_RESOLUTION * LEVELS[-1])
         longer = max(box[2] - box[0], box[3] - box[1]) * level / size
         side = 2 * math.ceil(0.5 * longer + 0.3 * level + 2)
-        kept = cut_patch(picture, box, level, side)
+        stored = cut_patch(picture, box, level, side)
         # The box in coordinates of the stored pixels; the picture's edges follow from it.
         half = (box[2:] - box[:2]) * level / size / 2.0
-        own = np.concatenate([side / 2.0 - half, side / 2.0 + half])
+        stored_box = np.concatenate([side / 2.0 - half, side / 2.0 + half])
         height, width = picture.shape[:2]
-        edges = (np.array([0.0, 0.0, width, height]) - np.tile(to_cxcywh(box)[:2], 2)) * level / size
-        return cls(box.copy(), variance, anchor, size, kept, own, edges)
+        picture_edges = (np.array([0.0, 0.0, width, height]) - np.tile(to_cxcywh(box)[:2], 2)) * level / size
+        return cls(box.copy(), variance, anchor, size, stored, stored_box, picture_edges)
 
-    def at(self, level: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    def at_level(self, level: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Pixels (h, w, 3) and weights (h, w) at a level, with the box in the middle."""
-        look = self._looks.get(level)
-        if look is None:
-            look = self._looks[level] = self._look(level)
-        return look
-
-    def plain(self, level: float) -> NDArray[np.float32]:
-        """Pixels of the box without border at any size, shape (h, w, 3), for a search by correlation."""
-        width, height = self._sides(level)
-        return self._cut(level, max(3, round(width)), max(3, round(height)))
+        cached = self._cache.get(level)
+        if cached is None:
+            cached = self._cache[level] = self._cut_weighted(level)
+        return cached
 
     def _sides(self, level: float) -> FloatArray:
-        sides: FloatArray = (self._own[2:] - self._own[:2]) / size_of(self._own) * level
+        sides: FloatArray = (self._stored_box[2:] - self._stored_box[:2]) / size_of(self._stored_box) * level
         return sides
 
-    def _look(self, level: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    def _cut_weighted(self, level: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         width, height = self._sides(level)
-        rim = max(_RIM * level, 1.0)
-        pixels = self._cut(level, math.ceil(width + 2.0 * rim), math.ceil(height + 2.0 * rim))
+        border = max(_BORDER_SHARE * level, 1.0)
+        pixels = self._cut(level, math.ceil(width + 2.0 * border), math.ceil(height + 2.0 * border))
         h, w = pixels.shape[:2]
-        x = (np.arange(w) - (w - 1) / 2.0)[None, :] / (width / 2.0 + 0.5 * rim)
-        y = (np.arange(h) - (h - 1) / 2.0)[:, None] / (height / 2.0 + 0.5 * rim)
+        x = (np.arange(w) - (w - 1) / 2.0)[None, :] / (width / 2.0 + 0.5 * border)
+        y = (np.arange(h) - (h - 1) / 2.0)[:, None] / (height / 2.0 + 0.5 * border)
         weights = np.where(x**2 + y**2 < 1.0, 1.0, _CORNER_WEIGHT)
-        left, top, right, bottom = self._edges * level / size_of(self._own)
+        left, top, right, bottom = self._picture_edges * level / size_of(self._stored_box)
         across, down = np.arange(w) - (w - 1) / 2.0, np.arange(h) - (h - 1) / 2.0
         weights *= ((across > left) & (across < right))[None, :] & ((down > top) & (down < bottom))[:, None]
         return pixels, weights.astype(np.float32)
@@ -137,6 +132,6 @@ class Template:
         # Both sides must be odd, or both even, so that their middle is that of one square cut-out.
         h += (w - h) % 2
         side = max(w, h)
-        square = cut_patch(self._picture, self._own, level, side)
+        square = cut_patch(self._picture, self._stored_box, level, side)
         top, left = (side - h) // 2, (side - w) // 2
         return np.ascontiguousarray(square[top : top + h, left : left + w], dtype=np.float32)

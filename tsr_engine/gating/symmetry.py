@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from tsr_engine.products import product
+from tsr_engine.linear_algebra import product
 from tsr_engine.records import FloatArray, Picture
 
 MIRROR: NDArray[np.intp] = (

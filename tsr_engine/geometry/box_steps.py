@@ -19,7 +19,7 @@ def mean_side(boxes: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(1.0, np.prod(size_of(boxes), axis=1, keepdims=True))))
 
 
-def move(boxes: FloatArray, steps: FloatArray, unit: FloatArray, farthest: float) -> FloatArray:
+def move(boxes: FloatArray, steps: FloatArray, unit: FloatArray, max_step: float) -> FloatArray:
     """Boxes (n, 4) moved and resized.
 
     Args:
@@ -27,9 +27,9 @@ def move(boxes: FloatArray, steps: FloatArray, unit: FloatArray, farthest: float
         steps: shape (n, 4): displacement of the centre in units; natural logarithms of the new width and height in
             units.
         unit: px, shape (n, 1), or (n, 2) for x and y.
-        farthest: limit on the absolute value of a step.
+        max_step: limit on the absolute value of a step.
     """
-    steps = np.clip(steps, -farthest, farthest)
+    steps = np.clip(steps, -max_step, max_step)
     middle = (boxes[:, :2] + boxes[:, 2:]) / 2 + steps[:, :2] * unit
     half = unit * np.exp(steps[:, 2:]) / 2
     return np.concatenate([middle - half, middle + half], axis=1)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from tsr_engine.records import FloatArray
 
-LEAST_SIDE: Final = 4.0
+MIN_SIDE: Final = 4.0
 """px: detectors and searches leave out boxes with a shorter side."""
 
 

@@ -27,7 +27,7 @@ import numpy as np
 
 from tsr_engine.errors import InputError
 from tsr_engine.io.plain_numbers import whole_number
-from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import Picture
 
 PICTURES = {".ppm", ".png", ".jpg", ".jpeg", ".bmp"}

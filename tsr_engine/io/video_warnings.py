@@ -9,13 +9,13 @@ from pathlib import Path
 import av
 import numpy as np
 
-from tsr_engine.counted import counted
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video_decoder import Decoder
 from tsr_engine.io.video_kinds import Kind
 from tsr_engine.io.video_parts import ContainerLayout
 from tsr_engine.io.video_probe import video_streams
 from tsr_engine.io.video_times import NO_TIME, Scan, Timeline
+from tsr_engine.plural import plural
 
 # Containers without a frame count state a duration, which muxers round and sound tracks extend.
 _DURATION_TOLERANCE_S = Fraction(1, 2)
@@ -151,7 +151,7 @@ class VideoInfo:
         if read < len(starts):
             which = "the first is" if read == 1 else f"the first {read} are"
             return (
-                f"{joined}, of which only {which} read ({counted(count, 'frame')}). Split it, or join the videos "
+                f"{joined}, of which only {which} read ({plural(count, 'frame')}). Split it, or join the videos "
                 "with a tool that writes one index."
             )
         if stated_frames is not None and count > stated_frames:
@@ -170,13 +170,13 @@ class VideoInfo:
                 return f"{promise}: its edit list hides {hidden}."
             lost = header.frames - count - counts.failed - self._undecodable_at_start() - self._repeats()
             if lost > 0:
-                return f"{promise}: {counted(lost, 'picture')} {_is_or_are(lost)} lost to damage."
+                return f"{promise}: {plural(lost, 'picture')} {_is_or_are(lost)} lost to damage."
         elif header.frames is None and header.seconds is not None and header.duration_is_stated:
             end = self.table.time(count - 1) - self.table.time(0) + self.table.interval()
             if end + _DURATION_TOLERANCE_S < header.seconds:
                 return f"announces {float(header.seconds):.1f} s, {float(end):.1f} s decode: the file is cut short."
         elif self.layout.is_complete is False:
-            return f"ends before it is complete, {counted(count, 'frame')} decode: the file is cut short."
+            return f"ends before it is complete, {plural(count, 'frame')} decode: the file is cut short."
         return None
 
     def _undecodable_at_start(self) -> int:
@@ -192,16 +192,16 @@ class VideoInfo:
         lead_in = self._undecodable_at_start()
         if not lead_in:
             return None
-        lost = f"its first {counted(lead_in, 'picture')} cannot be decoded and {_is_or_are(lead_in)} left out"
+        lost = f"its first {plural(lead_in, 'picture')} cannot be decoded and {_is_or_are(lead_in)} left out"
         return f"begins between key frames: {lost}."
 
     def _failed(self) -> str | None:
         failed = self.counts.failed
-        return f"has {counted(failed, 'damaged packet')} that cannot be decoded." if failed else None
+        return f"has {plural(failed, 'damaged packet')} that cannot be decoded." if failed else None
 
     def _damaged(self) -> str | None:
         damaged = int(self.table.corrupt.sum())
-        return f"has {counted(damaged, 'frame')} with damage, or predicted from damage." if damaged else None
+        return f"has {plural(damaged, 'frame')} with damage, or predicted from damage." if damaged else None
 
     def _repeats(self) -> int:
         """Number of empty chunks between the pictures of an AVI file; each shows the picture before it again.
@@ -264,11 +264,11 @@ class VideoInfo:
             return f"stores no times: its frames are timed {at}."
         if filled:
             return (
-                f"has {counted(filled, 'frame')} without a time of {'its' if filled == 1 else 'their'} own, timed {at}."
+                f"has {plural(filled, 'frame')} without a time of {'its' if filled == 1 else 'their'} own, timed {at}."
             )
         if untimed and count > 1:
             stay = "stays" if untimed == 1 else "stay"
-            return f"has {counted(untimed, 'picture')} that {stay} for no time: each gets a short one, as in players."
+            return f"has {plural(untimed, 'picture')} that {stay} for no time: each gets a short one, as in players."
         return None
 
     def _shape(self) -> str | None:

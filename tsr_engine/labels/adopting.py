@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tsr_engine.counted import counted
 from tsr_engine.labels.changes import Changed, next_version
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.labels.wording import comparable
+from tsr_engine.labels.name_matching import comparable
+from tsr_engine.plural import plural
 
 __all__ = ["Adopted", "adopt_labels"]
 
@@ -43,30 +43,30 @@ def adopt_labels(labels: LabelSet, other: LabelSet) -> Adopted:
         ChangeError: the set would become too large.
     """
     finder = LabelFinder(labels)
-    here: dict[int, Label] = {}
-    known: dict[str, Label] = {}
-    fresh: list[Label] = []
+    adopted: dict[int, Label] = {}
+    by_key: dict[str, Label] = {}
+    new_labels: list[Label] = []
     digits = {label.pinned for label in labels}
     for label in sorted(other, key=lambda each: each.merged_into is not None):
-        found = _known(finder, label) or (None if label.merged_into is None else _among(fresh, label))
+        found = _find_known(finder, label) or (None if label.merged_into is None else _find_among(new_labels, label))
         if found is not None:
-            here[label.id] = known[label.key] = found
+            adopted[label.id] = by_key[label.key] = found
             continue
-        into = None if label.merged_into is None else here[other.resolved(label.id)].id
+        into = None if label.merged_into is None else adopted[other.resolved(label.id)].id
         pinned = None if label.pinned in digits else label.pinned
-        added = label.model_copy(update={"id": labels.next_id + len(fresh), "merged_into": into, "pinned": pinned})
-        here[label.id] = added
-        fresh.append(added)
-    added_labels = [_with_mirror(label, other, here) for label in fresh]
+        added = label.model_copy(update={"id": labels.next_id + len(new_labels), "merged_into": into, "pinned": pinned})
+        adopted[label.id] = added
+        new_labels.append(added)
+    added_labels = [_with_mirror(label, other, adopted) for label in new_labels]
     if not added_labels:
-        return Adopted(Changed(labels, f"All labels of '{other.name}' are here already."), (), known)
+        return Adopted(Changed(labels, f"All labels of '{other.name}' are here already."), (), by_key)
     content = (*labels.labels, *added_labels)
     changed = next_version(labels, content, labels.next_id + len(added_labels))
-    sentence = f"Added {counted(len(added_labels), 'label')} of '{other.name}'."
-    return Adopted(Changed(changed, sentence), added_labels, known)
+    sentence = f"Added {plural(len(added_labels), 'label')} of '{other.name}'."
+    return Adopted(Changed(changed, sentence), added_labels, by_key)
 
 
-def _known(finder: LabelFinder, label: Label) -> Label | None:
+def _find_known(finder: LabelFinder, label: Label) -> Label | None:
     for word in (label.key, label.name, *label.aliases):
         match = finder.named(word)
         if match is not None and match.how != "short":
@@ -74,18 +74,19 @@ def _known(finder: LabelFinder, label: Label) -> Label | None:
     return None
 
 
-def _among(fresh: Sequence[Label], label: Label) -> Label | None:
+def _find_among(new_labels: Sequence[Label], label: Label) -> Label | None:
     """A newly added label with a word of a merged one."""
     wanted = {comparable(word) for word in (label.key, label.name, *label.aliases)}
     return next(
-        (each for each in fresh if wanted & {comparable(word) for word in (each.key, each.name, *each.aliases)}), None
+        (each for each in new_labels if wanted & {comparable(word) for word in (each.key, each.name, *each.aliases)}),
+        None,
     )
 
 
-def _with_mirror(label: Label, other: LabelSet, here: dict[int, Label]) -> Label:
+def _with_mirror(label: Label, other: LabelSet, adopted: dict[int, Label]) -> Label:
     """The label with its mirror image's key in this set."""
     if label.mirror is None:
         return label
     mirrored = other.by_key(label.mirror)
-    key = None if mirrored is None else here[mirrored.id].key
+    key = None if mirrored is None else adopted[mirrored.id].key
     return label if key == label.mirror else label.model_copy(update={"mirror": key})

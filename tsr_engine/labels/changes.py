@@ -12,17 +12,17 @@ from typing import Final
 from pydantic import ValidationError
 
 from tsr_engine.json_shapes import JsonMapping
-from tsr_engine.labels.model import MOST_LABELS, Label, LabelSet
-from tsr_engine.labels.refusals import ChangeError, NoLabelError, claims_of, require_free, require_unclaimed
-from tsr_engine.labels.wording import comparable, first_problem
+from tsr_engine.labels.conflicts import ChangeError, NoLabelError, claims_of, require_free, require_unclaimed
+from tsr_engine.labels.model import MAX_LABELS, Label, LabelSet
+from tsr_engine.labels.name_matching import comparable, first_problem
 
 __all__ = [
     "UPDATABLE",
     "Changed",
     "add_label",
     "hide_label",
+    "join_words",
     "key_of",
-    "listed",
     "merge_labels",
     "next_version",
     "set_picture",
@@ -44,8 +44,8 @@ UPDATABLE: Final = (
     "pinned",
 )
 """Fields that :func:`update_label` can change."""
-_MOST_OF_KEY = 80
-_NO_WORD = re.compile(r"[^\w]+|_+")
+_MAX_KEY_LENGTH = 80
+_NON_WORD = re.compile(r"[^\w]+|_+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +70,8 @@ def key_of(name: str, taken: Callable[[str], bool] = lambda key: False) -> str:
         name: name for people.
         taken: whether a key is in use; a number is appended until one is free.
     """
-    parts = _NO_WORD.split(unicodedata.normalize("NFKC", name).casefold())
-    key = "-".join(part for part in parts if part)[:_MOST_OF_KEY].strip("-") or "label"
+    parts = _NON_WORD.split(unicodedata.normalize("NFKC", name).casefold())
+    key = "-".join(part for part in parts if part)[:_MAX_KEY_LENGTH].strip("-") or "label"
     number, unique = 1, key
     while taken(unique):
         number += 1
@@ -79,58 +79,58 @@ def key_of(name: str, taken: Callable[[str], bool] = lambda key: False) -> str:
     return unique
 
 
-def add_label(labels: LabelSet, facts: JsonMapping) -> Changed:
+def add_label(labels: LabelSet, fields: JsonMapping) -> Changed:
     """Add one label with the next id.
 
     Args:
         labels: the newest version.
-        facts: fields of :class:`Label` as JSON values, without ``id``; an absent ``key`` is made from the name.
+        fields: fields of :class:`Label` as JSON values, without ``id``; an absent ``key`` is made from the name.
 
     Raises:
         TakenError: another label has the key, the name, an alias or the digit.
         ChangeError: a field is invalid, or the set is full.
     """
     claims = claims_of(labels)
-    facts = dict(facts)
-    if facts.get("key") is None:
+    fields = dict(fields)
+    if fields.get("key") is None:
         keys = {label.key.casefold() for label in labels}
         # The name is checked below; here it must not block a key made from it.
-        own = comparable(str(facts.get("name", "")))
-        facts["key"] = key_of(
-            str(facts.get("name", "")),
-            lambda key: key.casefold() in keys or (comparable(key) in claims and comparable(key) != own),
+        own_word = comparable(str(fields.get("name", "")))
+        fields["key"] = key_of(
+            str(fields.get("name", "")),
+            lambda key: key.casefold() in keys or (comparable(key) in claims and comparable(key) != own_word),
         )
-        require_unclaimed(claims, str(facts.get("name", "")), "name")
-    label = _label({**facts, "id": labels.next_id})
+        require_unclaimed(claims, str(fields.get("name", "")), "name")
+    label = _label({**fields, "id": labels.next_id})
     require_free(label, labels, claims)
     _require_mirror(labels, label)
     added = next_version(labels, (*labels.labels, label), labels.next_id + 1)
     return Changed(added, f"Added '{label.name}'.", label)
 
 
-def update_label(labels: LabelSet, label_id: int, facts: JsonMapping) -> Changed:
+def update_label(labels: LabelSet, label_id: int, fields: JsonMapping) -> Changed:
     """Change fields of one label.
 
     Args:
         labels: the newest version.
         label_id: which label.
-        facts: fields of ``UPDATABLE`` as JSON values.
+        fields: fields of ``UPDATABLE`` as JSON values.
 
     Raises:
         NoLabelError: there is no such label.
         TakenError: another label has the name, an alias or the digit.
         ChangeError: a field is invalid, or the label is merged into another.
     """
-    before = _live(labels, label_id)
-    wrong = next((name for name in facts if name not in UPDATABLE), None)
-    if wrong is not None:
-        raise ChangeError(f"The field {wrong!r} of a label cannot be changed.", wrong)
-    after = _label({**before.model_dump(mode="json"), **facts})
+    before = _unmerged_label(labels, label_id)
+    unknown_field = next((name for name in fields if name not in UPDATABLE), None)
+    if unknown_field is not None:
+        raise ChangeError(f"The field {unknown_field!r} of a label cannot be changed.", unknown_field)
+    after = _label({**before.model_dump(mode="json"), **fields})
     if after == before:
         return Changed(labels, f"'{before.name}' stays as it is.", before)
     require_free(after, labels)
     _require_mirror(labels, after)
-    return Changed(_replaced(labels, after), _reported(before, after), after)
+    return Changed(_with_label(labels, after), _describe_change(before, after), after)
 
 
 def set_picture(labels: LabelSet, label_id: int, pictogram: str) -> Changed:
@@ -140,12 +140,12 @@ def set_picture(labels: LabelSet, label_id: int, pictogram: str) -> Changed:
         NoLabelError: there is no such label.
         ChangeError: the label is merged into another.
     """
-    before = _live(labels, label_id)
+    before = _unmerged_label(labels, label_id)
     after = _label({**before.model_dump(mode="json"), "pictogram": pictogram})
     if after == before:
         return Changed(labels, f"'{before.name}' keeps its picture.", before)
-    done = "Gave '{}' a picture." if pictogram else "Took the picture of '{}' away."
-    return Changed(_replaced(labels, after), done.format(before.name), after)
+    sentence = "Gave '{}' a picture." if pictogram else "Took the picture of '{}' away."
+    return Changed(_with_label(labels, after), sentence.format(before.name), after)
 
 
 def merge_labels(labels: LabelSet, label_id: int, into: int) -> Changed:
@@ -155,13 +155,13 @@ def merge_labels(labels: LabelSet, label_id: int, into: int) -> Changed:
         NoLabelError: one of the labels does not exist.
         ChangeError: a label is merged with itself, or is merged already.
     """
-    before, target = _live(labels, label_id), _present(labels, into, "into")
+    before, target = _unmerged_label(labels, label_id), _existing_label(labels, into, "into")
     if labels.resolved(into) == label_id:
-        way = "" if into == label_id else f": '{target.name}' is merged into it"
-        raise ChangeError(f"'{before.name}' cannot be merged into itself{way}.", "into")
-    target = _present(labels, labels.resolved(into), "into")
+        reason = "" if into == label_id else f": '{target.name}' is merged into it"
+        raise ChangeError(f"'{before.name}' cannot be merged into itself{reason}.", "into")
+    target = _existing_label(labels, labels.resolved(into), "into")
     after = before.model_copy(update={"merged_into": target.id, "pinned": None})
-    return Changed(_replaced(labels, after), f"Merged '{before.name}' into '{target.name}'.", after)
+    return Changed(_with_label(labels, after), f"Merged '{before.name}' into '{target.name}'.", after)
 
 
 def hide_label(labels: LabelSet, label_id: int) -> Changed:
@@ -171,11 +171,11 @@ def hide_label(labels: LabelSet, label_id: int) -> Changed:
         NoLabelError: there is no such label.
         ChangeError: the label is merged into another.
     """
-    before = _live(labels, label_id)
+    before = _unmerged_label(labels, label_id)
     if before.hidden:
         return Changed(labels, f"'{before.name}' is hidden already.", before)
     after = before.model_copy(update={"hidden": True, "pinned": None})
-    return Changed(_replaced(labels, after), f"Hid '{before.name}'.", after)
+    return Changed(_with_label(labels, after), f"Hid '{before.name}'.", after)
 
 
 def show_label(labels: LabelSet, label_id: int) -> Changed:
@@ -185,11 +185,11 @@ def show_label(labels: LabelSet, label_id: int) -> Changed:
         NoLabelError: there is no such label.
         ChangeError: the label is merged into another.
     """
-    before = _live(labels, label_id)
+    before = _unmerged_label(labels, label_id)
     if not before.hidden:
         return Changed(labels, f"'{before.name}' is not hidden.", before)
     after = before.model_copy(update={"hidden": False})
-    return Changed(_replaced(labels, after), f"Shows '{before.name}' again.", after)
+    return Changed(_with_label(labels, after), f"Shows '{before.name}' again.", after)
 
 
 def next_version(labels: LabelSet, content: tuple[Label, ...], next_id: int) -> LabelSet:
@@ -198,8 +198,8 @@ def next_version(labels: LabelSet, content: tuple[Label, ...], next_id: int) -> 
     Raises:
         ChangeError: the content breaks a rule of label sets.
     """
-    if len(content) > MOST_LABELS:
-        raise ChangeError(f"The set would have {len(content)} labels; it can have at most {MOST_LABELS}.")
+    if len(content) > MAX_LABELS:
+        raise ChangeError(f"The set would have {len(content)} labels; it can have at most {MAX_LABELS}.")
     try:
         return LabelSet(key=labels.key, name=labels.name, version=labels.version + 1, next_id=next_id, labels=content)
     except ValidationError as error:
@@ -208,30 +208,30 @@ def next_version(labels: LabelSet, content: tuple[Label, ...], next_id: int) -> 
 
 def _require_mirror(labels: LabelSet, label: Label) -> None:
     if label.mirror is not None and label.mirror != label.key and labels.by_key(label.mirror) is None:
-        said = f"The mirror image of '{label.name}' is {label.mirror!r}, which is not a key of the set."
-        raise ChangeError(said, "mirror")
+        message = f"The mirror image of '{label.name}' is {label.mirror!r}, which is not a key of the set."
+        raise ChangeError(message, "mirror")
 
 
-def _present(labels: LabelSet, label_id: int, field: str = "id") -> Label:
+def _existing_label(labels: LabelSet, label_id: int, field: str = "id") -> Label:
     found = labels.get(label_id)
     if found is None:
         raise NoLabelError(f"The set '{labels.name}' has no label {label_id}.", field)
     return found
 
 
-def _live(labels: LabelSet, label_id: int) -> Label:
+def _unmerged_label(labels: LabelSet, label_id: int) -> Label:
     """A label that exists and is not merged."""
-    found = _present(labels, label_id)
+    found = _existing_label(labels, label_id)
     if found.merged_into is not None:
-        target = _present(labels, labels.resolved(label_id))
-        said = f"'{found.name}' is merged into '{target.name}' (label {target.id})."
-        raise ChangeError(f"{said} Change that one, or undo the merge.", "id")
+        target = _existing_label(labels, labels.resolved(label_id))
+        message = f"'{found.name}' is merged into '{target.name}' (label {target.id})."
+        raise ChangeError(f"{message} Change that one, or undo the merge.", "id")
     return found
 
 
-def _label(facts: JsonMapping) -> Label:
+def _label(fields: JsonMapping) -> Label:
     try:
-        return Label.model_validate_json(json.dumps(facts))
+        return Label.model_validate_json(json.dumps(fields))
     except ValidationError as error:
         place, problem = first_problem(error)
         field = place.partition(".")[0] or None
@@ -242,21 +242,21 @@ def _sentence(text: str) -> str:
     return text[:1].upper() + text[1:].rstrip(".")
 
 
-def _replaced(labels: LabelSet, label: Label) -> LabelSet:
+def _with_label(labels: LabelSet, label: Label) -> LabelSet:
     content = tuple(label if other.id == label.id else other for other in labels)
     return next_version(labels, content, labels.next_id)
 
 
-def _reported(before: Label, after: Label) -> str:
+def _describe_change(before: Label, after: Label) -> str:
     changed = [name for name in UPDATABLE if getattr(before, name) != getattr(after, name)]
     if changed == ["name"]:
         return f"Renamed '{before.name}' to '{after.name}'."
-    words = listed([{"size_mm": "size", "pinned": "digit"}.get(name, name) for name in changed])
-    now = f", now '{after.name}'" if "name" in changed else ""
-    return f"Changed {words} of '{before.name}'{now}."
+    words = join_words([{"size_mm": "size", "pinned": "digit"}.get(name, name) for name in changed])
+    renamed = f", now '{after.name}'" if "name" in changed else ""
+    return f"Changed {words} of '{before.name}'{renamed}."
 
 
-def listed(words: Collection[str]) -> str:
+def join_words(words: Collection[str]) -> str:
     """Join words for a sentence: ``a, b and c``."""
-    *most, last = words
-    return f"{', '.join(most)} and {last}" if most else last
+    *others, last = words
+    return f"{', '.join(others)} and {last}" if others else last

@@ -13,7 +13,7 @@ from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
 
 __all__ = [
     "RunClasses",
-    "class_words",
+    "class_names_of",
     "classes_of_keys",
     "classes_of_set",
     "default_keys",
@@ -43,9 +43,9 @@ class RunClasses:
         self._labels = {label.id: label for label in labels}
         merged = labels.merged_ids()
         self._ids = {number: merged.get(label, label) for number, label in ids.items()}
-        self._back: dict[int, int] = {}
+        self._class_of_label: dict[int, int] = {}
         for number in sorted(self._ids):
-            self._back.setdefault(self._ids[number], number)
+            self._class_of_label.setdefault(self._ids[number], number)
         self._nameless = nameless
         size = max(self._words, default=-1) + 1
         self._column = np.array([self.to_label(number) for number in range(size)] + [NO_LABEL], np.int64)
@@ -56,12 +56,12 @@ class RunClasses:
 
     def to_class(self, label_id: int) -> int | None:
         """The lowest class number of a label; None: the model lacks the label, or it is ``NO_LABEL``."""
-        return self._back.get(self.labels.resolved(label_id))
+        return self._class_of_label.get(self.labels.resolved(label_id))
 
     def to_labels(self, class_numbers: NDArray[np.int64]) -> NDArray[np.int64]:
         """Convert an array of class numbers to label ids; negative numbers (no class) are kept."""
-        places = np.minimum(class_numbers, len(self._column) - 1)
-        return np.where(class_numbers < 0, class_numbers, self._column[places])
+        indices = np.minimum(class_numbers, len(self._column) - 1)
+        return np.where(class_numbers < 0, class_numbers, self._column[indices])
 
     def is_unmapped(self, class_number: int) -> bool:
         """Whether the set has no label for a class."""
@@ -89,9 +89,11 @@ class RunClasses:
         """All class numbers, in order."""
         return sorted(self._words)
 
-    def lacking(self) -> list[Label]:
+    def labels_without_class(self) -> list[Label]:
         """Labels of the set that are offered signs and have no class, in the set's order."""
-        return [label for label in self.labels.offered() if label.teach == "sign" and label.id not in self._back]
+        return [
+            label for label in self.labels.offered() if label.teach == "sign" and label.id not in self._class_of_label
+        ]
 
 
 def resolved_labels(ids: NDArray[np.int64], labels: LabelSet) -> NDArray[np.int64]:
@@ -101,7 +103,7 @@ def resolved_labels(ids: NDArray[np.int64], labels: LabelSet) -> NDArray[np.int6
     return ids
 
 
-def class_words(keys: Sequence[str] | None) -> tuple[str, ...]:
+def class_names_of(keys: Sequence[str] | None) -> tuple[str, ...]:
     """Names of a model's classes without a label set: the name in ``gtsrb-43``, or the key.
 
     Args:
@@ -136,7 +138,7 @@ def classes_of_keys(keys: Sequence[str] | None, labels: LabelSet) -> RunClasses:
             if match is not None and match.how != "number":
                 ids[number] = match.label.id
                 break
-    return RunClasses(labels, dict(enumerate(class_words(keys))), ids)
+    return RunClasses(labels, dict(enumerate(class_names_of(keys))), ids)
 
 
 def classes_of_set(key: str, labels: LabelSet) -> RunClasses:

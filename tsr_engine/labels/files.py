@@ -14,14 +14,14 @@ from pydantic import ValidationError
 from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.labels.model import MOST_LABELS, SCHEMA, LabelSet
-from tsr_engine.labels.wording import first_problem
+from tsr_engine.labels.model import MAX_LABELS, SCHEMA, LabelSet
+from tsr_engine.labels.name_matching import first_problem
 
 __all__ = ["DEFAULT", "SHIPPED", "dump_set", "load_set", "parse_set", "save_set", "shipped_set"]
 
 DEFAULT: Final = "gtsrb-43"
 """Key of the set of a new library."""
-_MOST_BYTES: Final = 64 << 20
+_MAX_BYTES: Final = 64 << 20
 _SETS = resources.files("tsr_engine.labels") / "sets"
 SHIPPED: Final = tuple(
     sorted(place.name.removesuffix(".json") for place in _SETS.iterdir() if place.name.endswith(".json"))
@@ -54,7 +54,7 @@ def parse_set(text: str | bytes, where: str) -> LabelSet:
     if isinstance(text, bytes):
         text = text.removeprefix(codecs.BOM_UTF8)
     try:
-        content = json.loads(text, object_pairs_hook=_once)
+        content = json.loads(text, object_pairs_hook=_unique_keys)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{where} is not a label set: it is not JSON ({error}).") from None
     version = content.get("schema") if isinstance(content, dict) else None
@@ -63,8 +63,8 @@ def parse_set(text: str | bytes, where: str) -> LabelSet:
             f"{where} is written in schema {version}; this version of tsr reads up to {SCHEMA}. Update tsr."
         )
     rows = content.get("labels") if isinstance(content, dict) else None
-    if isinstance(rows, list) and len(rows) > MOST_LABELS:
-        raise InputError(f"{where} has {len(rows)} labels; a set has at most {MOST_LABELS}.")
+    if isinstance(rows, list) and len(rows) > MAX_LABELS:
+        raise InputError(f"{where} has {len(rows)} labels; a set has at most {MAX_LABELS}.")
     try:
         return LabelSet.model_validate_json(text)
     except ValidationError as error:
@@ -72,7 +72,7 @@ def parse_set(text: str | bytes, where: str) -> LabelSet:
         raise InputError(f"{where} is not a label set: {place or 'the set'}: {problem}.") from None
 
 
-def _once(pairs: list[tuple[str, object]]) -> JsonObject:
+def _unique_keys(pairs: list[tuple[str, object]]) -> JsonObject:
     """Build a JSON object; a repeated key is refused, because one of its values would be lost."""
     found = dict(pairs)
     if len(found) != len(pairs):
@@ -88,8 +88,8 @@ def load_set(path: Path) -> LabelSet:
         InputError: it cannot be read, or is not a label set.
     """
     try:
-        if path.stat().st_size > _MOST_BYTES:
-            raise InputError(f"{path} is larger than the {_MOST_BYTES} bytes of the largest label set.")
+        if path.stat().st_size > _MAX_BYTES:
+            raise InputError(f"{path} is larger than the {_MAX_BYTES} bytes of the largest label set.")
         return parse_set(path.read_bytes(), path.name)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}.") from None

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 from tsr_engine.labels.model import Label, LabelSet
-from tsr_engine.labels.wording import comparable, words_of
+from tsr_engine.labels.name_matching import comparable, words_of
 
 __all__ = ["How", "LabelFinder", "Match", "Suggestions"]
 
 How = Literal["key", "name", "alias", "short", "number"]
 _NUMBER = re.compile(r"(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})", re.ASCII | re.IGNORECASE)
-_LIKE = 0.75
+_MIN_SIMILARITY = 0.75
 """Least similarity of a suggestion, 0 to 1: that of a word of four letters of which two are swapped."""
 
 
@@ -49,7 +49,7 @@ class LabelFinder:
 
     def __init__(self, labels: LabelSet) -> None:
         """Take a set."""
-        self._places = {label.id: label for label in labels}
+        self._by_id = {label.id: label for label in labels}
         self._words: dict[str, Match] = {}
         live = [label for label in labels if label.merged_into is None]
         merged = [label for label in labels if label.merged_into is not None]
@@ -58,7 +58,7 @@ class LabelFinder:
         for group in (live, merged):
             for how in ("key", "name", "alias", "short"):
                 for label in group:
-                    target = self._places[self._into.get(label.id, label.id)]
+                    target = self._by_id[self._into.get(label.id, label.id)]
                     for word in _words(label, how):
                         self._words.setdefault(comparable(word), Match(target, how))
 
@@ -71,7 +71,7 @@ class LabelFinder:
         number = _NUMBER.fullmatch(word.strip())
         if number is None:
             return None
-        label = self._places.get(self._into.get(int(number[1]), int(number[1])))
+        label = self._by_id.get(self._into.get(int(number[1]), int(number[1])))
         return None if label is None else Match(label, "number")
 
     def named(self, word: str) -> Match | None:
@@ -88,48 +88,48 @@ class LabelFinder:
             return []
         found = {
             self._into.get(label.id, label.id)
-            for label in self._places.values()
+            for label in self._by_id.values()
             for known in (label.key, label.name, *label.aliases)
             if wanted[0] in (words := words_of(known)) and all(word in words for word in wanted)
         }
         return [label for label in self._live if label.id in found]
 
-    def suggestions(self, word: str, most: int = 3) -> Suggestions:
+    def suggestions(self, word: str, limit: int = 3) -> Suggestions:
         """Labels that a word may mean: those that resemble it, else those that contain it."""
-        like = self.similar(word, most)
-        return Suggestions(tuple(like or self.containing(word, most)), bool(like))
+        similar = self.similar(word, limit)
+        return Suggestions(tuple(similar or self.containing(word, limit)), bool(similar))
 
-    def containing(self, word: str, most: int = 3) -> list[Label]:
+    def containing(self, word: str, limit: int = 3) -> list[Label]:
         """Labels as in :meth:`with_words`, then those with the word's letters anywhere; a letter alone gives none."""
-        wanted = comparable(word)
-        if len(wanted) < 2:
+        letters = comparable(word)
+        if len(letters) < 2:
             return []
-        anywhere = [match.label for known, match in self._words.items() if wanted in known]
+        anywhere = [match.label for known, match in self._words.items() if letters in known]
         found = {label.id: label for label in (*self.with_words(word), *anywhere)}
-        return [*found.values()][:most]
+        return [*found.values()][:limit]
 
-    def similar(self, word: str, most: int = 3) -> list[Label]:
+    def similar(self, word: str, limit: int = 3) -> list[Label]:
         """Labels whose name, key or alias resembles a word, the most similar first.
 
         For a number: labels with it in their name, then the label with that id.
         """
         if (number := _NUMBER.fullmatch(word.strip())) is not None:
-            return self._numbered(number[1])[:most]
+            return self._numbered(number[1])[:limit]
         wanted, scores = comparable(word), dict[int, float]()
         matcher = difflib.SequenceMatcher(autojunk=False)
         matcher.set_seq2(wanted)
         for known, match in self._words.items():
             matcher.set_seq1(known)
-            if matcher.real_quick_ratio() < _LIKE or matcher.quick_ratio() < _LIKE:
+            if matcher.real_quick_ratio() < _MIN_SIMILARITY or matcher.quick_ratio() < _MIN_SIMILARITY:
                 continue
             scores[match.label.id] = max(scores.get(match.label.id, 0.0), matcher.ratio())
-        best = sorted((-score, number) for number, score in scores.items() if score >= _LIKE)
-        return [self._places[number] for _, number in best[:most]]
+        best = sorted((-score, number) for number, score in scores.items() if score >= _MIN_SIMILARITY)
+        return [self._by_id[number] for _, number in best[:limit]]
 
     def _numbered(self, digits: str) -> list[Label]:
         number = re.compile(rf"(?<![\d.,]){digits}(?![.,]?\d)")
         found = [label for label in self._live if not label.hidden and number.search(label.name)]
-        of_id = self._places.get(self._into.get(int(digits), int(digits)))
+        of_id = self._by_id.get(self._into.get(int(digits), int(digits)))
         return found if of_id is None or of_id in found else [*found, of_id]
 
 

@@ -12,10 +12,10 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from tsr_engine.labels.wording import comparable
+from tsr_engine.labels.name_matching import comparable
 
 __all__ = [
-    "MOST_LABELS",
+    "MAX_LABELS",
     "NO_LABEL",
     "SCHEMA",
     "Attribute",
@@ -32,7 +32,7 @@ SCHEMA: Final = 1
 """Version of the file format."""
 NO_LABEL: Final = -1
 """The id that means "no label of this set"."""
-MOST_LABELS: Final = 5000
+MAX_LABELS: Final = 5000
 """Largest number of labels in a set."""
 
 Shape = Literal["triangle", "inverted triangle", "circle", "octagon", "diamond", "rectangle", "other"]
@@ -185,7 +185,7 @@ class LabelSet(_Frozen):
     version: Annotated[int, Field(ge=1)] = 1
     next_id: Annotated[int, Field(ge=0)] = 0
     """Id of the next new label: above all ids ever used."""
-    labels: Annotated[tuple[Label, ...], Field(max_length=MOST_LABELS)] = ()
+    labels: Annotated[tuple[Label, ...], Field(max_length=MAX_LABELS)] = ()
 
     model_config = ConfigDict(populate_by_name=True)
 

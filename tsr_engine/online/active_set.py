@@ -1,9 +1,9 @@
 """An active-set method for the dual: exact sets and coefficients from a nearly optimal start.
 
-As on the path of :mod:`tsr_engine.online.path`, one coefficient moves and the margin vectors follow. Other samples may
-violate the optimality conditions meanwhile. Each move lowers the objective, so any feasible start works. Free
-coefficients that depend on the margin vectors move to a bound along directions in which the dual is flat. This leaves
-an independent margin set.
+As on the path of :mod:`tsr_engine.online.solution_path`, one coefficient moves and the margin vectors follow. Other
+samples may violate the optimality conditions meanwhile. Each move lowers the objective, so any feasible start works.
+Free coefficients that depend on the margin vectors move to a bound along directions in which the dual is flat. This
+leaves an independent margin set.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.online.completion import AT_BOUND, central_offset, gradient
 from tsr_engine.online.margin import contract, expand, rebuild, sensitivity
-from tsr_engine.online.path import ERROR, MARGIN, RESERVE
+from tsr_engine.online.solution_path import ERROR, MARGIN, RESERVE
 from tsr_engine.records import FloatArray
 
 SINGULAR = 1e-13
@@ -54,12 +54,12 @@ def solve_sets(
         Offset and number of margin vectors.
     """
     least, best = np.inf, alpha[:n].copy()
-    b, size = _group(Q, y, n, C, scale, alpha, g, status, S, R, beta)
+    b, size = _initialise_sets(Q, y, n, C, scale, alpha, g, status, S, R, beta)
     for _ in range(100 + 20 * n):
         b, size = _solve_margin(Q, y, n, C, scale, alpha, g, b, status, S, size, R, beta)
         if size == 0:
-            b = _centre(y, n, g, b)
-        worst, candidate = _worst(y, n, C, alpha, g, status, S, size)
+            b = _centre_offset(y, n, g, b)
+        worst, candidate = _worst_violation(y, n, C, alpha, g, status, S, size)
         if worst < least:
             least = worst
             best[:] = alpha[:n]
@@ -75,14 +75,14 @@ def solve_sets(
             size = 1
         b, size = _move(Q, y, C, scale, alpha, g, b, status, S, size, R, beta, candidate)
     alpha[:n] = best
-    b, size = _group(Q, y, n, C, scale, alpha, g, status, S, R, beta)
+    b, size = _initialise_sets(Q, y, n, C, scale, alpha, g, status, S, R, beta)
     if size == 0:
-        b = _centre(y, n, g, b)
+        b = _centre_offset(y, n, g, b)
     return b, size
 
 
 @njit(cache=True, nogil=True)
-def _group(
+def _initialise_sets(
     Q: FloatArray,
     y: FloatArray,
     n: int,
@@ -116,7 +116,7 @@ def _group(
 
 
 @njit(cache=True, nogil=True)
-def _centre(y: FloatArray, n: int, g: FloatArray, b: float) -> float:
+def _centre_offset(y: FloatArray, n: int, g: FloatArray, b: float) -> float:
     """The offset in the middle of its optimal interval; updates ``g``."""
     change = central_offset(y, n, g)
     for i in range(n):
@@ -125,7 +125,7 @@ def _centre(y: FloatArray, n: int, g: FloatArray, b: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _worst(
+def _worst_violation(
     y: FloatArray,
     n: int,
     C: float,

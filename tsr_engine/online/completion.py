@@ -1,7 +1,7 @@
 """Completes a dual solution: exact gradient, refinement, and the offset if there are no margin vectors.
 
-The path of :mod:`tsr_engine.online.path` accumulates rounding. After each sample, the gradient is computed from the
-coefficients, and the margin equations are refined with it, so that errors do not add up over a track.
+The path of :mod:`tsr_engine.online.solution_path` accumulates rounding. After each sample, the gradient is computed
+from the coefficients, and the margin equations are refined with it, so that errors do not add up over a track.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from tsr_engine.online.margin import DEPENDENT, contract, rebuild
-from tsr_engine.online.path import ERROR, RESERVE
+from tsr_engine.online.solution_path import ERROR, RESERVE
 from tsr_engine.records import FloatArray
 
 AT_BOUND = 1e-12

@@ -38,7 +38,7 @@ _CENTRE = np.array([0.4, 0.33, 0.5] + [0.0] * 6, dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class WindowGrid:
     """Positions of windows of one size over a search region.
 
     Attributes:
@@ -69,7 +69,7 @@ class Layout:
         return to_xyxy(np.concatenate([self.centre + offset, size]))
 
 
-def layout(box: FloatArray, radius: float, scale: float = 1.0) -> Layout:
+def make_grid(box: FloatArray, radius: float, scale: float = 1.0) -> WindowGrid:
     """The windows of one size around a box, at most ``radius`` frame px away along each axis.
 
     Neighbouring windows are one window px apart, about 1/22 of the box's side.
@@ -77,7 +77,7 @@ def layout(box: FloatArray, radius: float, scale: float = 1.0) -> Layout:
     cx, cy, w, h = to_cxcywh(box)
     pitch = np.array([w, h]) * scale * (1.0 + 2.0 * MARGIN) / SIDE
     reach = np.floor(radius / pitch + 1e-9).astype(int)
-    return Layout(np.array([cx, cy]), pitch, (int(reach[0]), int(reach[1])))
+    return WindowGrid(np.array([cx, cy]), pitch, (int(reach[0]), int(reach[1])))
 
 
 def pixel_extent(extent: FloatArray) -> tuple[int, int, int, int]:
@@ -87,26 +87,26 @@ def pixel_extent(extent: FloatArray) -> tuple[int, int, int, int]:
     return int(x1), int(y1), int(x2), int(y2)
 
 
-def cell_maps(picture: Picture, origin: tuple[int, int], place: Layout) -> NDArray[np.float32]:
+def cell_maps(picture: Picture, origin: tuple[int, int], grid: WindowGrid) -> NDArray[np.float32]:
     """Cell means at every position of the resampled region.
 
     Args:
-        picture: pixels that cover ``place.extent``.
+        picture: pixels that cover ``grid.extent``.
         origin: frame coordinates of the picture's top-left pixel.
-        place: the windows.
+        grid: the windows.
 
     Returns:
         Shape (9, H, W), float32: ``[c, y, x]`` is the mean of channel c over the cell whose top-left px is (x, y).
     """
-    qx, qy = place.pitch
+    qx, qy = grid.pitch
     smooth = picture
     if max(qx, qy) > 1.5:
         smooth = cv2.GaussianBlur(picture, (0, 0), sigmaX=0.4 * qx, sigmaY=0.4 * qy, borderType=cv2.BORDER_REPLICATE)
-    left, top = place.extent[:2] - np.array(origin)
+    left, top = grid.extent[:2] - np.array(origin)
     # Pixel centres: window px (u, v) lies at frame px left + (u + 1/2) q - 1/2.
     matrix = np.array([[qx, 0.0, left + 0.5 * qx - 0.5], [0.0, qy, top + 0.5 * qy - 0.5]])
     region = cv2.warpAffine(
-        smooth, matrix, place.size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE
+        smooth, matrix, grid.size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE
     )
     channels = compute_channels(np.ascontiguousarray(region, dtype=np.uint8), shrink=1)
     maps = np.empty((9, *channels.shape[1:]), dtype=np.float32)
@@ -123,7 +123,7 @@ def cell_maps(picture: Picture, origin: tuple[int, int], place: Layout) -> NDArr
 
 
 @njit(cache=True, nogil=True)
-def respond(
+def score_windows(
     maps: NDArray[np.float32], weights: NDArray[np.float32], offset: float, pad: int, out: NDArray[np.float32]
 ) -> None:
     """Decision values of all windows.
@@ -167,7 +167,7 @@ def respond(
             total[x] = total[x] / np.sqrt(norms[x]) + np.float32(offset)
 
 
-def gather(maps: NDArray[np.float32], row: int, column: int) -> FloatArray:
+def descriptor_at(maps: NDArray[np.float32], row: int, column: int) -> FloatArray:
     """The descriptor of one window of the maps, shape (324,), float64, unit length."""
     y, x = PAD + row, PAD + column
     cells = maps[:, y : y + SIDE : CELL, x : x + SIDE : CELL].astype(np.float64).ravel()
@@ -181,12 +181,12 @@ def describe(pixels: PixelSource, box: FloatArray) -> FloatArray:
         ValueError: the box is not finite or smaller than 1x1 px.
     """
     check_box(box)
-    place = layout(box, 0.0)
-    x1, y1, x2, y2 = pixel_extent(place.extent)
-    return gather(cell_maps(pixels.crop(x1, y1, x2, y2), (x1, y1), place), 0, 0)
+    grid = make_grid(box, 0.0)
+    x1, y1, x2, y2 = pixel_extent(grid.extent)
+    return descriptor_at(cell_maps(pixels.crop(x1, y1, x2, y2), (x1, y1), grid), 0, 0)
 
 
-def describe_around(
+def describe_with_neighbours(
     pixels: PixelSource, box: FloatArray, offsets: list[tuple[int, int]]
 ) -> tuple[FloatArray, list[FloatArray]]:
     """Descriptors of a box and of windows of its size around it, from one crop of the frame.
@@ -203,13 +203,13 @@ def describe_around(
         ValueError: the box is not finite or smaller than 1x1 px.
     """
     check_box(box)
-    middle = layout(box, 0.0)
+    centre_grid = make_grid(box, 0.0)
     reach = max((abs(v) for offset in offsets for v in offset), default=0)
-    place = Layout(middle.centre, middle.pitch, (reach, reach))
-    x1, y1, x2, y2 = pixel_extent(place.extent)
-    maps = cell_maps(pixels.crop(x1, y1, x2, y2), (x1, y1), place)
-    rows = [gather(maps, reach + y, reach + x) for x, y in [(0, 0), *offsets]]
-    return np.stack(rows), [place.box(float(reach + x), float(reach + y)) for x, y in offsets]
+    grid = WindowGrid(centre_grid.centre, centre_grid.pitch, (reach, reach))
+    x1, y1, x2, y2 = pixel_extent(grid.extent)
+    maps = cell_maps(pixels.crop(x1, y1, x2, y2), (x1, y1), grid)
+    rows = [descriptor_at(maps, reach + y, reach + x) for x, y in [(0, 0), *offsets]]
+    return np.stack(rows), [grid.box(float(reach + x), float(reach + y)) for x, y in offsets]
 
 
 def check_box(box: FloatArray) -> None:

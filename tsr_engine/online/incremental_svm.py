@@ -13,13 +13,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tsr_engine.online.arguments import as_indices, as_labels, as_samples, check_parameters, check_reach
+from tsr_engine.linear_algebra import dot, product
 from tsr_engine.online.completion import complete, gradient, violation
 from tsr_engine.online.kernels import LINEAR, RBF, kernel_row, signed_kernel
-from tsr_engine.online.path import CANDIDATE, follow_path
 from tsr_engine.online.repair import repair
-from tsr_engine.online.store import SampleStore
-from tsr_engine.products import dot, product
+from tsr_engine.online.sample_store import SampleStore
+from tsr_engine.online.solution_path import CANDIDATE, follow_path
+from tsr_engine.online.validation import as_indices, as_labels, as_samples, check_parameters, check_scale
 from tsr_engine.records import FloatArray
 
 __all__ = ["IncrementalSVC"]
@@ -98,7 +98,7 @@ class IncrementalSVC:
         samples = as_samples(X, self._store.features)
         labels = as_labels(y, len(samples))
         if self.kernel == "linear":
-            check_reach(samples, self.C)
+            check_scale(samples, self.C)
         if not len(samples):
             return self
         if not self._store.features:

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from tsr_engine.products import product
+from tsr_engine.linear_algebra import product
 from tsr_engine.records import FloatArray
 
 LINEAR = 0

@@ -9,23 +9,23 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tsr_engine.online.features import FEATURES, SIDE, describe_around
+from tsr_engine.online.features import FEATURES, SIDE, describe_with_neighbours
 from tsr_engine.online.incremental_svm import IncrementalSVC
 from tsr_engine.online.relocalisation import relocalise
 from tsr_engine.params.online import OnlineParams
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import FloatArray, Relocalisation, Sample
 
-__all__ = ["OnlineDetector", "OnlineDetectorMaker", "usable"]
+__all__ = ["OnlineDetector", "OnlineDetectorMaker", "is_describable"]
 
 Origin = Literal["offline", "prediction", "result", "background"]
 
 
-RINGS = (0.5, 0.25)
+RING_DISTANCES = (0.5, 0.25)
 """Distance of background windows from a confident result, in window sides."""
 
 
-def usable(box: FloatArray) -> bool:
+def is_describable(box: FloatArray) -> bool:
     """Whether a box is finite and large enough to be described."""
     return bool(np.isfinite(box).all() and box[2] - box[0] >= 4.0 and box[3] - box[1] >= 4.0)
 
@@ -59,24 +59,24 @@ class OnlineDetector:
         Returns:
             The learned samples, then the unlearned ones.
         """
-        done: list[Sample] = []
-        if usable(box) and (label > 0 or self.params.learn_rejected):
-            done += self._learn_around(pixels, box, label, frame, "prediction")
-        return (*done, *self._forget(frame))
+        samples: list[Sample] = []
+        if is_describable(box) and (label > 0 or self.params.learn_rejected):
+            samples += self._learn_around(pixels, box, label, frame, "prediction")
+        return (*samples, *self._forget(frame))
 
     def begin(self, pixels: PixelSource, box: FloatArray, frame: int) -> tuple[Sample, ...]:
         """Learn the box of the track's first frame; returns the learned samples."""
-        return tuple(self._learn_around(pixels, box, 1, frame, "result")) if usable(box) else ()
+        return tuple(self._learn_around(pixels, box, 1, frame, "result")) if is_describable(box) else ()
 
     def relocalise(self, pixels: PixelSource, box: FloatArray) -> Relocalisation | None:
         """The best window around a prediction (Algorithm 2); None if the box is too small or not finite."""
-        return relocalise(pixels, box, self.svm, self.params) if usable(box) else None
+        return relocalise(pixels, box, self.svm, self.params) if is_describable(box) else None
 
     def _learn_around(
         self, pixels: PixelSource, box: FloatArray, label: int, frame: int, origin: Origin
     ) -> list[Sample]:
         offsets = ring_offsets(self.params.background_negatives) if label > 0 else []
-        vectors, _ = describe_around(pixels, box, offsets)
+        vectors, _ = describe_with_neighbours(pixels, box, offsets)
         labels = [label] + [-1] * len(offsets)
         origins: list[Origin] = [origin]
         origins += ["background"] * len(offsets)
@@ -92,9 +92,9 @@ class OnlineDetector:
         if not old:
             return []
         self.svm.unlearn(old)
-        gone = [Sample("unlearned", s.label, s.origin, s.frame) for s in (self.samples[k] for k in old)]
+        unlearned = [Sample("unlearned", s.label, s.origin, s.frame) for s in (self.samples[k] for k in old)]
         self.samples = [s for k, s in enumerate(self.samples) if k not in set(old)]
-        return gone
+        return unlearned
 
 
 class OnlineDetectorMaker:
@@ -128,6 +128,6 @@ def ring_offsets(count: int) -> list[tuple[int, int]]:
     offsets = []
     for k in range(count):
         angle = 2.0 * math.pi * (k + 0.5 * (k % 2)) / count
-        distance = RINGS[k % 2] * SIDE
+        distance = RING_DISTANCES[k % 2] * SIDE
         offsets.append((round(distance * math.cos(angle)), round(distance * math.sin(angle))))
     return offsets

@@ -9,17 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.geometry.boxes import to_cxcywh
-from tsr_engine.online.features import CELLS, PAD, Layout, cell_maps, check_box, layout, pixel_extent, respond
+from tsr_engine.online.features import (
+    CELLS,
+    PAD,
+    WindowGrid,
+    cell_maps,
+    check_box,
+    make_grid,
+    pixel_extent,
+    score_windows,
+)
 from tsr_engine.online.incremental_svm import IncrementalSVC
 from tsr_engine.params.online import OnlineParams
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import FloatArray, Relocalisation
 
-__all__ = ["relocalise", "search_extent", "vertex"]
+__all__ = ["parabola_peak", "relocalise", "search_extent"]
 
-_NEAR = 3
+_NEIGHBOUR_WINDOWS = 3
 """Number of windows on each side of the peak to score at the other sizes."""
-_NEIGHBOURHOOD = 0.5
+_MIN_RUNNER_UP_DISTANCE = 0.5
 """Least distance of the runner-up's centre from the peak, in sides of the box."""
 
 
@@ -32,7 +41,7 @@ def search_extent(box: FloatArray, params: OnlineParams) -> tuple[int, int, int,
         ValueError: the box is not finite or smaller than 1x1 px.
     """
     check_box(box)
-    extents = np.array([place.extent for place in _layouts(box, params)])
+    extents = np.array([grid.extent for grid in _grids(box, params)])
     return pixel_extent(np.concatenate([extents[:, :2].min(axis=0), extents[:, 2:].max(axis=0)]))
 
 
@@ -56,26 +65,26 @@ def relocalise(pixels: PixelSource, box: FloatArray, svm: IncrementalSVC, params
     picture = pixels.crop(x1, y1, x2, y2)
     weights = np.ascontiguousarray(svm.coef_.reshape(-1, CELLS, CELLS), dtype=np.float32)
     centre = to_cxcywh(box)[:2]
-    wide, *others = _layouts(box, params)
+    first_grid, *others = _grids(box, params)
     responses: list[_Response] = []
-    for first in (wide, *others):
-        place = first if not responses else _narrowed(first, centre, responses[0].peak_centre(), params)
-        values = np.empty((2 * place.reach[1] + 1, 2 * place.reach[0] + 1), dtype=np.float32)
-        respond(cell_maps(picture, (x1, y1), place), weights, svm.intercept_, PAD, values)
-        responses.append(_Response(place, values, values - _penalty(place, centre, params)))
+    for full_grid in (first_grid, *others):
+        grid = full_grid if not responses else _grid_near_peak(full_grid, centre, responses[0].peak_centre(), params)
+        values = np.empty((2 * grid.reach[1] + 1, 2 * grid.reach[0] + 1), dtype=np.float32)
+        score_windows(cell_maps(picture, (x1, y1), grid), weights, svm.intercept_, PAD, values)
+        responses.append(_Response(grid, values, values - _penalty(grid, centre, params)))
     best = max(responses, key=lambda response: float(response.score.max()))
     row, column = best.peak()
-    place_of_peak = _refined(best.score, row, column) if params.search_subpixel else (float(column), float(row))
-    found = best.place.box(*place_of_peak)
+    peak = _refine_peak(best.score, row, column) if params.search_subpixel else (float(column), float(row))
+    found_box = best.grid.box(*peak)
     decision = float(best.values[row, column])
-    other_box, other = _runner_up(responses, found)
+    runner_up_box, runner_up = _runner_up(responses, found_box)
     return Relocalisation(
-        search_box=_outer([response.place for response in responses]),
-        box=found,
+        search_box=_enclosing_box([response.grid for response in responses]),
+        box=found_box,
         decision=decision,
         probability=_logistic(decision),
-        runner_up_box=other_box,
-        runner_up_decision=other,
+        runner_up_box=runner_up_box,
+        runner_up_decision=runner_up,
         windows=sum(response.values.size for response in responses),
     )
 
@@ -84,7 +93,7 @@ def relocalise(pixels: PixelSource, box: FloatArray, svm: IncrementalSVC, params
 class _Response:
     """Decision values of one window size, without and with the penalty."""
 
-    place: Layout
+    grid: WindowGrid
     values: NDArray[np.float32]
     score: NDArray[np.float32]
 
@@ -94,47 +103,47 @@ class _Response:
 
     def peak_centre(self) -> FloatArray:
         row, column = self.peak()
-        return to_cxcywh(self.place.box(float(column), float(row)))[:2]
+        return to_cxcywh(self.grid.box(float(column), float(row)))[:2]
 
 
-def _layouts(box: FloatArray, params: OnlineParams) -> list[Layout]:
+def _grids(box: FloatArray, params: OnlineParams) -> list[WindowGrid]:
     """The windows of each size, the size nearest to the predicted one first."""
     scales = sorted(params.search_scales, key=lambda scale: abs(math.log(scale)))
-    return [layout(box, params.search_radius, scale) for scale in scales]
+    return [make_grid(box, params.search_radius, scale) for scale in scales]
 
 
-def _narrowed(place: Layout, centre: FloatArray, peak: FloatArray, params: OnlineParams) -> Layout:
+def _grid_near_peak(grid: WindowGrid, centre: FloatArray, peak: FloatArray, params: OnlineParams) -> WindowGrid:
     """The windows of another size near the first peak, all within the search radius."""
-    across, down = (min(_NEAR, reach) for reach in place.reach)
-    room = params.search_radius - np.array([across, down]) * place.pitch
-    return Layout(centre + np.clip(peak - centre, -room, room), place.pitch, (across, down))
+    across, down = (min(_NEIGHBOUR_WINDOWS, reach) for reach in grid.reach)
+    limit = params.search_radius - np.array([across, down]) * grid.pitch
+    return WindowGrid(centre + np.clip(peak - centre, -limit, limit), grid.pitch, (across, down))
 
 
-def _axes(place: Layout) -> tuple[FloatArray, FloatArray]:
+def _axes(grid: WindowGrid) -> tuple[FloatArray, FloatArray]:
     """Displacement of the window centres in frame px, across and down."""
-    across = (np.arange(2 * place.reach[0] + 1) - place.reach[0]) * place.pitch[0]
-    down = (np.arange(2 * place.reach[1] + 1) - place.reach[1]) * place.pitch[1]
+    across = (np.arange(2 * grid.reach[0] + 1) - grid.reach[0]) * grid.pitch[0]
+    down = (np.arange(2 * grid.reach[1] + 1) - grid.reach[1]) * grid.pitch[1]
     return across, down
 
 
-def _penalty(place: Layout, centre: FloatArray, params: OnlineParams) -> NDArray[np.float32]:
-    across, down = _axes(place)
-    across, down = across + (place.centre[0] - centre[0]), down + (place.centre[1] - centre[1])
+def _penalty(grid: WindowGrid, centre: FloatArray, params: OnlineParams) -> NDArray[np.float32]:
+    across, down = _axes(grid)
+    across, down = across + (grid.centre[0] - centre[0]), down + (grid.centre[1] - centre[1])
     squares = (across**2)[None, :] + (down**2)[:, None]
     return np.asarray(params.search_penalty / params.search_radius**2 * squares, dtype=np.float32)
 
 
-def _refined(score: NDArray[np.float32], row: int, column: int) -> tuple[float, float]:
+def _refine_peak(score: NDArray[np.float32], row: int, column: int) -> tuple[float, float]:
     """Column and row of the peak, refined by parabolas through its neighbours."""
-    return column + vertex(score[row], column), row + vertex(score[:, column], row)
+    return column + parabola_peak(score[row], column), row + parabola_peak(score[:, column], row)
 
 
-def vertex(values: NDArray[np.float32], at: int) -> float:
+def parabola_peak(values: NDArray[np.float32], index: int) -> float:
     """Peak of the parabola through ``values[at]`` and its neighbours, relative to ``at``, in [-0.5, 0.5]."""
-    if not 0 < at < len(values) - 1:
+    if not 0 < index < len(values) - 1:
         return 0.0
-    before, here, after = (float(v) for v in values[at - 1 : at + 2])
-    curvature = before - 2.0 * here + after
+    before, centre, after = (float(v) for v in values[index - 1 : index + 2])
+    curvature = before - 2.0 * centre + after
     return 0.0 if curvature >= 0.0 else min(0.5, max(-0.5, 0.5 * (before - after) / curvature))
 
 
@@ -143,23 +152,25 @@ def _runner_up(responses: list[_Response], peak: FloatArray) -> tuple[FloatArray
     cx, cy, w, h = to_cxcywh(peak)
     best, result = -math.inf, (peak, -math.inf)
     for response in responses:
-        place = response.place
-        across, down = _axes(place)
-        near_x = np.abs(across + place.centre[0] - cx) <= _NEIGHBOURHOOD * w
-        near_y = np.abs(down + place.centre[1] - cy) <= _NEIGHBOURHOOD * h
+        grid = response.grid
+        across, down = _axes(grid)
+        near_x = np.abs(across + grid.centre[0] - cx) <= _MIN_RUNNER_UP_DISTANCE * w
+        near_y = np.abs(down + grid.centre[1] - cy) <= _MIN_RUNNER_UP_DISTANCE * h
         outside = np.where(near_y[:, None] & near_x[None, :], -np.inf, response.score)
         row, column = np.unravel_index(int(outside.argmax()), outside.shape)
         if outside[row, column] > best:
             best = float(outside[row, column])
-            result = (place.box(float(column), float(row)), float(response.values[row, column]))
+            result = (grid.box(float(column), float(row)), float(response.values[row, column]))
     if math.isinf(result[1]):
         return peak, float(min(response.values.min() for response in responses))
     return result
 
 
-def _outer(places: list[Layout]) -> FloatArray:
+def _enclosing_box(grids: list[WindowGrid]) -> FloatArray:
     """The smallest box around all scored windows."""
-    boxes = np.array([b for p in places for b in (p.box(0.0, 0.0), p.box(2.0 * p.reach[0], 2.0 * p.reach[1]))])
+    boxes = np.array(
+        [b for grid in grids for b in (grid.box(0.0, 0.0), grid.box(2.0 * grid.reach[0], 2.0 * grid.reach[1]))]
+    )
     return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
 
 

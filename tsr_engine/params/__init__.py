@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator
 from pydantic import ValidationError
 
 from tsr_engine.errors import UsageError
+from tsr_engine.params.aliases import current_setting
 from tsr_engine.params.base import Section
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.params.fusion import FusionParams
@@ -17,7 +18,6 @@ from tsr_engine.params.gate import GateParams
 from tsr_engine.params.online import OnlineParams
 from tsr_engine.params.pipeline import PipelineParams, Reader
 from tsr_engine.params.presets import PRESETS
-from tsr_engine.params.renamed import present_setting
 from tsr_engine.params.tracking import TrackingParams
 
 __all__ = [
@@ -62,7 +62,7 @@ class Params(Section):
 
         Args:
             settings: pairs of a name (``tau`` or ``gate.tau``) and a value or its text. Old names of renamed parameters
-                are valid; :mod:`tsr_engine.params.renamed` has their warnings.
+                are valid; :mod:`tsr_engine.params.aliases` has their warnings.
 
         Raises:
             UsageError: a name is unknown, or a value is out of range, NaN or of a wrong type.
@@ -71,7 +71,7 @@ class Params(Section):
         places = {leaf: (section, leaf) for section, leaf in self.names()}
         places |= {f"{section}.{leaf}": (section, leaf) for section, leaf in self.names()}
         for given, wanted in settings:
-            name, value = present_setting(given, wanted)
+            name, value = current_setting(given, wanted)
             if name not in places:
                 raise UsageError(f"There is no parameter '{name}'. `tsr track --help` lists them all.")
             section, leaf = places[name]

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from tsr_engine.params import Params
 
-__all__ = ["ABSENT", "FIXED", "changed_parameters", "is_replayable"]
+__all__ = ["FIXED", "VALUES_IN_OLD_RUNS", "changed_parameters", "is_replayable"]
 
 FIXED = (
     "detector.",
@@ -19,7 +19,7 @@ FIXED = (
 )
 """Parameters of steps that a replay does not repeat; a name that ends in a dot means its whole section."""
 
-ABSENT: Mapping[str, float | bool | str | None] = MappingProxyType(
+VALUES_IN_OLD_RUNS: Mapping[str, float | bool | str | None] = MappingProxyType(
     {
         "detector.beyond_edge": 0.08,
         "detector.refine_passes": 1,

@@ -18,11 +18,11 @@ from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.detection.refine.window_rescoring import WindowRescoring
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest
-from tsr_engine.labels.classes import class_words, default_keys
+from tsr_engine.labels.classes import class_names_of, default_keys
 from tsr_engine.online.features import FEATURES
 from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.params import Params
-from tsr_engine.pipeline.readers import READING, reader_of, reading_parts
+from tsr_engine.pipeline.sign_readers import READER_COMPONENTS, make_reader, reader_components
 from tsr_engine.pipeline.track_context import Models
 from tsr_engine.protocols import OfflineDetector
 
@@ -84,23 +84,23 @@ def load_components(params: Params, folder: Path | None = None, network: Network
     """
     present = read_manifest(SHIPPED if folder is None else folder)["components"]
     # The detector and what reads are indispensable: asking for them raises the error that explains.
-    reads = reading_parts(folder, params.pipeline.reader)
-    needed = reads if network is not None else ("detector", *reads)
+    readers = reader_components(folder, params.pipeline.reader)
+    needed = readers if network is not None else ("detector", *readers)
     optional = tuple(name for name in ("prior", "online") if name in present)
-    found = {name: load_component(name, folder) for name in (*needed, *optional)}
-    models = {name: component.sha256 for name, component in found.items()}
+    loaded = {name: load_component(name, folder) for name in (*needed, *optional)}
+    models = {name: component.sha256 for name, component in loaded.items()}
     detector: AcfDetector | OnnxDetector
     if network is None:
-        detector = _detector(found["detector"], found.get("prior"), params)
+        detector = _detector(loaded["detector"], loaded.get("prior"), params)
     else:
-        detector, digest = load_network(network, params, found.get("prior"))
+        detector, digest = load_network(network, params, loaded.get("prior"))
         models[f"onnx {network.size[0]}x{network.size[1]} {network.layout}"] = digest
     window_scorer = None
     if isinstance(detector, AcfDetector):
         window_scorer = WindowRescoring(detector.model, detector.box_inset, params.detector.refine_passes)
-    classifier = reader_of({name: found[name] for name in READING if name in found})
+    classifier = make_reader({name: loaded[name] for name in READER_COMPONENTS if name in loaded})
     labels = classifier.labels if classifier.labels not in ((), default_keys()) else None
-    parts = Models(classifier, _online(params, found.get("online")), window_scorer, class_words(labels))
+    parts = Models(classifier, _online(params, loaded.get("online")), window_scorer, class_names_of(labels))
     learned = 0.0 if detector.prior is None else detector.prior.weight
     return Components(detector, parts, models, learned, labels)
 
@@ -173,8 +173,8 @@ def load_other_shapes(params: Params, folder: Path | None = None) -> OtherShapes
     """
     component, detector = load_component(OTHER_SHAPES, folder), load_component("detector", folder)
     try:
-        beside = AcfModel.from_arrays(detector.arrays, detector.params)
-        return OtherShapes.from_component(component, beside, params.detector)
+        known_signs = AcfModel.from_arrays(detector.arrays, detector.params)
+        return OtherShapes.from_component(component, known_signs, params.detector)
     except (ValueError, TypeError, KeyError, IndexError) as error:
         raise ModelError(
             f"The component of other shapes is damaged: {error} Train it again with `tsr train other-shapes`."

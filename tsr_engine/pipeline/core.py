@@ -18,12 +18,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tsr_engine.gating.gate import Gate
-from tsr_engine.geometry.boxes import LEAST_SIDE, area, clip, to_cxcywh
+from tsr_engine.geometry.boxes import MIN_SIDE, area, clip, to_cxcywh
+from tsr_engine.linear_algebra import dot, solve
 from tsr_engine.params import Params
-from tsr_engine.pipeline.frame import FrameInput
-from tsr_engine.pipeline.sentences import astray, found_by_search, rejected, relabelled, relocalised
+from tsr_engine.pipeline.event_texts import (
+    rejected_event,
+    relabelled_event,
+    relocalised_event,
+    search_event,
+    too_far_event,
+)
+from tsr_engine.pipeline.frame_input import FrameInput
 from tsr_engine.pipeline.track_context import Models, TrackContext
-from tsr_engine.products import dot, solve
 from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality, PixelSource
 from tsr_engine.recognition.crops import cut_pixels
 from tsr_engine.records import (
@@ -40,9 +46,9 @@ from tsr_engine.records import (
 )
 from tsr_engine.tracking.tracker import TrackedFrame, Tracker, TrackStatus
 
-__all__ = ["TrackingCore", "is_seen", "worth_looking_at"]
+__all__ = ["TrackingCore", "is_usable_box", "shows_sign"]
 
-_SHORTEST_STEP, _LONGEST_STEP = 1e-3, 250.0
+_MIN_STEP, _MAX_STEP = 1e-3, 250.0
 """Limits on the time between two frames, in nominal intervals."""
 
 
@@ -80,32 +86,32 @@ class TrackingCore:
             The frame's evidence, with timings of the stages and without regions.
         """
         seconds: dict[str, float] = {}
-        notes: dict[int, _Note] = {}
+        decisions: dict[int, _Decision] = {}
         events: list[Event] = []
         with _timed(seconds, "track"):
             predictions = self._tracker.predict(self._advance(frame.seconds), frame.shift)
         if frame.revisit is not None and predictions:
             with _timed(seconds, "revisit"):
                 expected = [p.box for p in predictions.values() if self._visible(p.box)]
-                found = frame.revisit(np.array(expected).reshape(-1, 4))
-            frame = replace(frame, detections=found, revisit=None)
+                completed = frame.revisit(np.array(expected).reshape(-1, 4))
+            frame = replace(frame, detections=completed, revisit=None)
         with _timed(seconds, "track"):
             matches = self._tracker.associate(frame.detections)
         for track_id, prediction in predictions.items():
-            row = matches.get(track_id)
-            detected = None if row is None else frame.detections.boxes[row]
-            notes[track_id] = self._follow(frame, track_id, prediction, detected, seconds, events)
+            detection = matches.get(track_id)
+            detected = None if detection is None else frame.detections.boxes[detection]
+            decisions[track_id] = self._update_track(frame, track_id, prediction, detected, seconds, events)
         with _timed(seconds, "track"):
             tracked = self._tracker.finish(frame.ordinal)
-        living = {status.track_id for status in tracked.tracks}
+        live_ids = {status.track_id for status in tracked.tracks}
         for status in tracked.tracks:
-            note = notes.setdefault(status.track_id, _Note(None, None, ()))
-            self._remember(frame, status, note, seconds)
+            decision = decisions.setdefault(status.track_id, _Decision(None, None, ()))
+            self._remember(frame, status, decision, seconds)
         recognitions = self._recognise(frame, tracked, seconds, events)
-        tracks = [_track_frame(status, notes[status.track_id], recognitions) for status in tracked.tracks]
+        tracks = [_track_frame(status, decisions[status.track_id], recognitions) for status in tracked.tracks]
         for track_id, prediction in predictions.items():
-            if track_id not in living:
-                tracks.append(_last_frame(track_id, prediction, matches.get(track_id), notes[track_id]))
+            if track_id not in live_ids:
+                tracks.append(_last_frame(track_id, prediction, matches.get(track_id), decisions[track_id]))
                 self._track_contexts.pop(track_id, None)
         return FrameEvidence(
             ordinal=frame.ordinal,
@@ -129,9 +135,9 @@ class TrackingCore:
         before, self._clock = self._clock, seconds
         if before is None:
             return 1.0
-        return min(max((seconds - before) / self._interval, _SHORTEST_STEP), _LONGEST_STEP)
+        return min(max((seconds - before) / self._interval, _MIN_STEP), _MAX_STEP)
 
-    def _follow(
+    def _update_track(
         self,
         frame: FrameInput,
         track_id: int,
@@ -139,7 +145,7 @@ class TrackingCore:
         detected: FloatArray | None,
         seconds: dict[str, float],
         events: list[Event],
-    ) -> _Note:
+    ) -> _Decision:
         """Gate one prediction; learn, correct or relocalise (steps 4 to 6).
 
         Predictions without detections move smoothly, so the gate hardly ever rejects them. After ``relocalise_after``
@@ -153,11 +159,11 @@ class TrackingCore:
         if verdict is None or track_context.online is None:
             if detected is not None:
                 self._tracker.correct(track_id, detected)
-            return _Note(verdict, None, ())
-        alone = 0 if detected is not None else self._tracker.undetected(track_id)
+            return _Decision(verdict, None, ())
+        undetected = 0 if detected is not None else self._tracker.undetected(track_id)
         samples: tuple[Sample, ...] = ()
         # A prediction without a detection would teach the detector its own drift. Old samples stay then, too.
-        if not (alone and verdict.confident) or self.params.online.learn_undetected:
+        if not (undetected and verdict.confident) or self.params.online.learn_undetected:
             with _timed(seconds, "learn"):
                 label = 1 if verdict.confident else -1
                 samples = track_context.online.learn(frame.pixels, prediction.box, label, frame.ordinal)
@@ -165,29 +171,31 @@ class TrackingCore:
         if detected is not None and use_detection:
             self._tracker.correct(track_id, detected)
             if not verdict.confident:
-                events.append(rejected(track_id, verdict, self.params.gate, "its detection counts"))
-            return _Note(verdict, None, samples)
-        after = self.params.pipeline.relocalise_after
-        if verdict.confident and (after is None or alone < after):
-            return _Note(verdict, None, samples)
+                events.append(rejected_event(track_id, verdict, self.params.gate, "its detection counts"))
+            return _Decision(verdict, None, samples)
+        search_after = self.params.pipeline.relocalise_after
+        if verdict.confident and (search_after is None or undetected < search_after):
+            return _Decision(verdict, None, samples)
         with _timed(seconds, "relocalise"):
-            found = track_context.online.relocalise(frame.pixels, prediction.box)
-        sure = found is not None and found.probability >= self.params.pipeline.sure_probability
+            window = track_context.online.relocalise(frame.pixels, prediction.box)
+        is_sure = window is not None and window.probability >= self.params.pipeline.sure_probability
         if verdict.confident:
-            if found is not None and found.probability >= self.params.pipeline.search_probability:
+            if window is not None and window.probability >= self.params.pipeline.search_probability:
                 with _timed(seconds, "relocalise"):
-                    events.append(self._take(frame.pixels, track_id, alone, prediction, found))
-        elif found is None or found.probability < self.params.pipeline.relocalise_probability:
-            events.append(rejected(track_id, verdict, self.params.gate, "no window around it looks like the sign"))
+                    events.append(self._correct_by_window(frame.pixels, track_id, undetected, prediction, window))
+        elif window is None or window.probability < self.params.pipeline.relocalise_probability:
+            events.append(
+                rejected_event(track_id, verdict, self.params.gate, "no window around it looks like the sign")
+            )
             if detected is not None:
                 self._tracker.correct(track_id, detected)
         else:
-            self._tracker.correct(track_id, found.box, source="relocalised", confident=sure, result=found.box)
-            events.append(relocalised(track_id, verdict, self.params.gate, prediction.box, found))
-        return _Note(verdict, found, samples)
+            self._tracker.correct(track_id, window.box, source="relocalised", confident=is_sure, result=window.box)
+            events.append(relocalised_event(track_id, verdict, self.params.gate, prediction.box, window))
+        return _Decision(verdict, window, samples)
 
-    def _take(
-        self, pixels: PixelSource, track_id: int, alone: int, prediction: Prediction, found: Relocalisation
+    def _correct_by_window(
+        self, pixels: PixelSource, track_id: int, undetected: int, prediction: Prediction, window: Relocalisation
     ) -> Event:
         """Correct a confident prediction by a window of the search, unless the window is too far away.
 
@@ -195,33 +203,33 @@ class TrackingCore:
         window that would move the track far away probably shows such an object.
         """
         p = self.params.pipeline
-        off = to_cxcywh(found.box)[:2] - to_cxcywh(prediction.box)[:2]
-        sigmas = float(np.sqrt(dot(off, solve(prediction.covariance[:2, :2], off[:, None])[:, 0])))
+        offset = to_cxcywh(window.box)[:2] - to_cxcywh(prediction.box)[:2]
+        sigmas = float(np.sqrt(dot(offset, solve(prediction.covariance[:2, :2], offset[:, None])[:, 0])))
         if p.search_sigmas is not None and sigmas > p.search_sigmas:
-            return astray(track_id, alone, prediction.box, found, sigmas)
-        sure = found.probability >= p.sure_probability
-        rescore = self._models.window_scorer if p.rescore_windows else None
-        seen = None if rescore is None else rescore(pixels, found.box)
-        taken = seen if seen is not None and seen.score >= p.rescore_score else None
+            return too_far_event(track_id, undetected, prediction.box, window, sigmas)
+        is_sure = window.probability >= p.sure_probability
+        window_scorer = self._models.window_scorer if p.rescore_windows else None
+        rescored = None if window_scorer is None else window_scorer(pixels, window.box)
+        accepted = rescored if rescored is not None and rescored.score >= p.rescore_score else None
         # A hidden or blurred sign has a low score, and its window is a poor measurement of the place.
-        refused = seen if taken is None and p.inflate_rejected_noise else None
-        scored = taken or refused
+        rejected = rescored if accepted is None and p.inflate_rejected_noise else None
+        scored = accepted or rejected
         noise_scale = 1.0 if scored is None else self.params.tracking.noise_scale(scored.score)
-        if taken is not None:
-            box, quality = taken.box, FULL_QUALITY.times(p.rescore_noise * noise_scale)
+        if accepted is not None:
+            box, quality = accepted.box, FULL_QUALITY.times(p.rescore_noise * noise_scale)
         else:
             quality = MeasurementQuality(p.search_noise, p.search_size_noise or p.search_noise)
-            box, quality = found.box, quality.times(noise_scale)
-        self._tracker.correct(track_id, box, source="relocalised", quality=quality, confident=sure)
-        return found_by_search(track_id, alone, prediction.box, found, taken, refused)
+            box, quality = window.box, quality.times(noise_scale)
+        self._tracker.correct(track_id, box, source="relocalised", quality=quality, confident=is_sure)
+        return search_event(track_id, undetected, prediction.box, window, accepted, rejected)
 
     def _judge(self, frame: FrameInput, box: FloatArray, track_context: TrackContext) -> GateVerdict:
-        centre, before = to_cxcywh(box), to_cxcywh(track_context.box)
+        centre, previous = to_cxcywh(box), to_cxcywh(track_context.box)
         crop = cut_pixels(frame.pixels, box, self._gate.margin)
         side = float(centre[2:].mean())
-        return self._gate.judge(crop, track_context.memory, centre[:2], before[:2], side, frame.shift)
+        return self._gate.judge(crop, track_context.memory, centre[:2], previous[:2], side, frame.shift)
 
-    def _remember(self, frame: FrameInput, status: TrackStatus, note: _Note, seconds: dict[str, float]) -> None:
+    def _remember(self, frame: FrameInput, status: TrackStatus, decision: _Decision, seconds: dict[str, float]) -> None:
         """Store in the track's context what the next frame needs; make the context of a new track."""
         track_context = self._track_contexts.get(status.track_id)
         if track_context is None:
@@ -233,9 +241,9 @@ class TrackingCore:
             return
         if track_context.online is None and self.params.online.use_online and self._models.make_online is not None:
             with _timed(seconds, "learn"):
-                track_context.online, started = self._models.make_online(frame.pixels, status.box, frame.ordinal)
-            note.samples = (*note.samples, *started)
-        if is_seen(status.source, note.gate):
+                track_context.online, first_samples = self._models.make_online(frame.pixels, status.box, frame.ordinal)
+            decision.samples = (*decision.samples, *first_samples)
+        if shows_sign(status.source, decision.gate):
             with _timed(seconds, "gate"):
                 crop = cut_pixels(frame.pixels, status.box, self._gate.margin)
                 track_context.memory = self._gate.remember(track_context.memory, crop)
@@ -244,47 +252,47 @@ class TrackingCore:
         self, frame: FrameInput, tracked: TrackedFrame, seconds: dict[str, float], events: list[Event]
     ) -> dict[int, Recognition]:
         """Classify the frame's results together and add their votes (steps 7 and 8)."""
-        seen = [status for status in tracked.tracks if self._visible(status.box)]
-        if not seen:
+        usable = [status for status in tracked.tracks if self._visible(status.box)]
+        if not usable:
             return {}
         classifier = self._models.classifier
         with _timed(seconds, "classify"):
-            crops = [cut_pixels(frame.pixels, status.box, classifier.margin) for status in seen]
+            crops = [cut_pixels(frame.pixels, status.box, classifier.margin) for status in usable]
             probabilities = classifier.probabilities(crops)
         recognitions = {}
         with _timed(seconds, "fuse"):
-            for status, row in zip(seen, probabilities, strict=True):
+            for status, row in zip(usable, probabilities, strict=True):
                 track_context = self._track_contexts[status.track_id]
                 width, height = to_cxcywh(status.box)[2:]
                 recognition = track_context.vote(row, float(np.sqrt(width * height)))
                 recognitions[status.track_id] = recognition
                 if track_context.label is not None and track_context.label != recognition.class_id:
                     names = self._models.names[track_context.label], self._models.names[recognition.class_id]
-                    events.append(relabelled(status.track_id, *names, recognition.share))
+                    events.append(relabelled_event(status.track_id, *names, recognition.share))
                 track_context.label = recognition.class_id
         return recognitions
 
     def _visible(self, box: FloatArray) -> bool:
-        return worth_looking_at(box, self._width, self._height)
+        return is_usable_box(box, self._width, self._height)
 
 
-def worth_looking_at(box: FloatArray, width: int, height: int) -> bool:
+def is_usable_box(box: FloatArray, width: int, height: int) -> bool:
     """Whether a box (4,) has a plausible size and is at least partly in a picture of ``width`` x ``height`` px."""
     if not np.isfinite(box).all():
         return False
     across, down = box[2] - box[0], box[3] - box[1]
-    if not (LEAST_SIDE <= across <= width and LEAST_SIDE <= down <= height):
+    if not (MIN_SIDE <= across <= width and MIN_SIDE <= down <= height):
         return False
     return float(area(clip(box, width, height))) >= 1.0
 
 
-def is_seen(source: Source, gate: GateVerdict | None) -> bool:
+def shows_sign(source: Source, gate: GateVerdict | None) -> bool:
     """Whether a result shows the sign, so that its crop goes into the track's memory."""
     return source != "predicted" or (gate is not None and gate.confident)
 
 
 @dataclass(slots=True)
-class _Note:
+class _Decision:
     """Results about one prediction."""
 
     gate: GateVerdict | None
@@ -292,7 +300,7 @@ class _Note:
     samples: tuple[Sample, ...]
 
 
-def _track_frame(status: TrackStatus, note: _Note, recognitions: Mapping[int, Recognition]) -> TrackFrame:
+def _track_frame(status: TrackStatus, decision: _Decision, recognitions: Mapping[int, Recognition]) -> TrackFrame:
     return TrackFrame(
         track_id=status.track_id,
         state=status.state,
@@ -301,14 +309,14 @@ def _track_frame(status: TrackStatus, note: _Note, recognitions: Mapping[int, Re
         score=status.score,
         prediction=status.prediction,
         detection=status.detection,
-        gate=note.gate,
-        relocalisation=note.relocalisation,
-        samples=note.samples,
+        gate=decision.gate,
+        relocalisation=decision.relocalisation,
+        samples=decision.samples,
         recognition=recognitions.get(status.track_id),
     )
 
 
-def _last_frame(track_id: int, prediction: Prediction, detection: int | None, note: _Note) -> TrackFrame:
+def _last_frame(track_id: int, prediction: Prediction, detection: int | None, decision: _Decision) -> TrackFrame:
     """The record of a track in the frame in which it ended, with the decisions that ended it."""
     return TrackFrame(
         track_id=track_id,
@@ -318,17 +326,17 @@ def _last_frame(track_id: int, prediction: Prediction, detection: int | None, no
         score=0.0,
         prediction=prediction,
         detection=detection,
-        gate=note.gate,
-        relocalisation=note.relocalisation,
-        samples=note.samples,
+        gate=decision.gate,
+        relocalisation=decision.relocalisation,
+        samples=decision.samples,
         recognition=None,
     )
 
 
 @contextmanager
 def _timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
-    began = time.perf_counter()
+    started = time.perf_counter()
     try:
         yield
     finally:
-        seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - began
+        seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - started

@@ -6,7 +6,7 @@ import numpy as np
 
 from tsr_engine.evidence.regions import FramePixels
 from tsr_engine.geometry.boxes import area, clip, expand
-from tsr_engine.online.online_detector import usable
+from tsr_engine.online.online_detector import is_describable
 from tsr_engine.online.relocalisation import search_extent
 from tsr_engine.params import Params
 from tsr_engine.records import FloatArray, FrameEvidence, Region
@@ -25,18 +25,18 @@ def replay_regions(frame: FrameEvidence, pixels: FramePixels, params: Params) ->
         pixels: the frame's pixels, which the step has read from.
         params: parameters of the run.
     """
-    kept = params.pipeline
-    online = params.online.model_copy(update={"search_radius": max(kept.keep_radius, params.online.search_radius)})
+    pipeline = params.pipeline
+    online = params.online.model_copy(update={"search_radius": max(pipeline.keep_radius, params.online.search_radius)})
     for track in frame.tracks:
-        if track.prediction is not None and usable(track.prediction.box):
-            _touch(pixels, np.array(search_extent(track.prediction.box, online), dtype=np.float64))
-        _touch(pixels, expand(track.box, kept.keep_context))
+        if track.prediction is not None and is_describable(track.prediction.box):
+            _read_box(pixels, np.array(search_extent(track.prediction.box, online), dtype=np.float64))
+        _read_box(pixels, expand(track.box, pipeline.keep_context))
     for box in frame.detections.boxes:
-        _touch(pixels, expand(box, kept.keep_context))
+        _read_box(pixels, expand(box, pipeline.keep_context))
     return pixels.regions()
 
 
-def _touch(pixels: FramePixels, box: FloatArray) -> None:
+def _read_box(pixels: FramePixels, box: FloatArray) -> None:
     """Read the part of a box that lies in the frame, so that it is kept."""
     if not np.isfinite(box).all():
         return

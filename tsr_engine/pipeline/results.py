@@ -65,43 +65,43 @@ class ResultStream:
         alive: set[int] = set()
         rows: list[tuple[int, TrackFrame]] = []
         for track in frame.tracks:
-            identity = track.track_id
-            summary = self._live.get(identity)
+            track_id = track.track_id
+            summary = self._live.get(track_id)
             if summary is None:
-                summary = self._live[identity] = TrackSummary(identity, frame.ordinal, frame.ordinal)
+                summary = self._live[track_id] = TrackSummary(track_id, frame.ordinal, frame.ordinal)
             summary.extend(frame.ordinal, track)
             if track.state != "dead":
-                alive.add(identity)
-                rows.append((identity, track))
+                alive.add(track_id)
+                rows.append((track_id, track))
         if rows:
             self._waiting.append((frame.ordinal, sorted(rows, key=lambda row: row[0])))
-        for identity in [i for i in self._live if i not in alive]:
-            self._end(identity)
-        yield from self._settled()
+        for track_id in [i for i in self._live if i not in alive]:
+            self._end(track_id)
+        yield from self._final_rows()
 
     def finish(self) -> Iterator[ResultRow]:
         """End all tracks and yield the remaining rows."""
-        for identity in list(self._live):
-            self._end(identity)
-        yield from self._settled()
+        for track_id in list(self._live):
+            self._end(track_id)
+        yield from self._final_rows()
         self.tracks.sort(key=lambda track: track.track_id)
 
-    def _end(self, identity: int) -> None:
-        summary = self._live.pop(identity)
-        self._ended[identity] = summary
+    def _end(self, track_id: int) -> None:
+        summary = self._live.pop(track_id)
+        self._ended[track_id] = summary
         if summary.confirmed:
             self.tracks.append(summary)
 
-    def _settled(self) -> Iterator[ResultRow]:
-        while self._waiting and all(identity in self._ended for identity, _ in self._waiting[0][1]):
+    def _final_rows(self) -> Iterator[ResultRow]:
+        while self._waiting and all(track_id in self._ended for track_id, _ in self._waiting[0][1]):
             ordinal, rows = self._waiting.popleft()
-            for identity, track in rows:
-                summary = self._ended[identity]
+            for track_id, track in rows:
+                summary = self._ended[track_id]
                 if summary.confirmed:
                     yield result_row(ordinal, track, summary.class_id)
         oldest = self._waiting[0][0] if self._waiting else None
-        for identity in [i for i, s in self._ended.items() if oldest is None or s.last_frame < oldest]:
-            del self._ended[identity]
+        for track_id in [i for i, s in self._ended.items() if oldest is None or s.last_frame < oldest]:
+            del self._ended[track_id]
 
 
 def result_row(ordinal: int, track: TrackFrame, class_id: int) -> ResultRow:

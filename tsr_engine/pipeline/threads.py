@@ -1,7 +1,7 @@
 """Limits BLAS or OpenCV to one thread.
 
 Training needs one BLAS thread, so that sums have the same order on any number of cores. A run does not need it, because
-it multiplies with :mod:`tsr_engine.products`.
+it multiplies with :mod:`tsr_engine.linear_algebra`.
 """
 
 from __future__ import annotations

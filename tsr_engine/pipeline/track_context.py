@@ -8,8 +8,8 @@ from typing import Protocol
 from tsr_engine.gating.perceptual_hash import HashMemory
 from tsr_engine.params import Params
 from tsr_engine.protocols import CropClassifier, PixelSource, ScoredBox
-from tsr_engine.recognition.catalogue import CLASS_NAMES
 from tsr_engine.recognition.fusion import Fusion
+from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.records import FloatArray, Recognition, Relocalisation, Sample
 
 __all__ = ["Models", "OnlineLearner", "OnlineMaker", "TrackContext", "WindowScorer"]

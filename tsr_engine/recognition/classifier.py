@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import ModelError
-from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.descriptor import CELL, CHANNELS, MARGIN, SIDE, resize_crops
 from tsr_engine.recognition.features import FeatureMap, linear
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.recognition.network import NETWORK_GEOMETRY, NetworkMap
-from tsr_engine.recognition.views import diagonal_pairs
+from tsr_engine.recognition.shifted_views import diagonal_pairs
 from tsr_engine.records import FloatArray, Picture
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class SignClassifier:
     margin: float = MARGIN
     """Border that a crop must have on each side of the box, as a share of the box's side."""
     paired: bool = False
-    """Whether the hyperplanes get the mean of the features of two views of a crop (:mod:`~.views`)."""
+    """Whether the hyperplanes get the mean of the features of two views of a crop (:mod:`~.shifted_views`)."""
     labels: tuple[str, ...] = ()
     """Label key of each class; empty: the 43 classes of the catalogue."""
 
@@ -168,10 +168,10 @@ def softmax(margins: NDArray[np.generic], temperature: float = 1.0) -> Array:
         margins: shape (n, c).
         temperature: > 0; above 1 flattens.
     """
-    return shares_of(np.asarray(margins, dtype=np.float64) / temperature).astype(np.float32)
+    return normalise_logarithms(np.asarray(margins, dtype=np.float64) / temperature).astype(np.float32)
 
 
-def shares_of(logarithms: FloatArray) -> FloatArray:
+def normalise_logarithms(logarithms: FloatArray) -> FloatArray:
     """Row-wise ``exp(l) / sum exp(l)`` without overflow, shape (n, c), for logarithms of that shape."""
     shares: FloatArray = logarithms - logarithms.max(axis=1, keepdims=True, initial=-np.inf)
     np.exp(shares, out=shares)

@@ -14,9 +14,9 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.products import product
+from tsr_engine.linear_algebra import product
 from tsr_engine.recognition.descriptor import CHANNELS, GRID, describe_patches
-from tsr_engine.rows import copy_row
+from tsr_engine.row_copy import copy_row
 
 WINDOW = 4
 """Side of a filter's window, cells."""

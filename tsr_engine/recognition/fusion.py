@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.params.fusion import FusionParams
-from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Recognition
 
 FLOOR = 1e-12

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.recognition.classifier import SignClassifier, shares_of
+from tsr_engine.recognition.classifier import SignClassifier, normalise_logarithms
 from tsr_engine.records import FloatArray, Picture
 
 if TYPE_CHECKING:
     from tsr_engine.protocols import CropClassifier
 
-__all__ = ["Mixture", "pooled"]
+__all__ = ["Mixture", "pool_probabilities"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class Mixture:
             raise ValueError(
                 f"Mixture needs two classifiers of one margin. Got {self.classifier.margin} and {self.network.margin}."
             )
-        shared = [place for place in self.known if place >= 0]
+        shared = [index for index in self.known if index >= 0]
         wrong = len(set(shared)) < len(shared) or max(shared, default=0) >= len(self.network.bias)
         if wrong or len(self.known) != len(self.classifier.bias):
             raise ValueError(
@@ -66,30 +66,30 @@ class Mixture:
         Args:
             crops: BGR, uint8, any sizes: a sign's box and its ``margin``.
         """
-        return pooled(*self.logarithms(crops), self.known).astype(np.float32)
+        return pool_probabilities(*self.logarithms(crops), self.known).astype(np.float32)
 
     def logarithms(self, crops: list[Picture]) -> tuple[FloatArray, FloatArray]:
         """Logarithms of both classifiers' probabilities, each row up to a constant, shapes (n, c) and (n, d)."""
-        own, other = (
-            one.margins(crops).astype(np.float64) / one.temperature for one in (self.classifier, self.network)
+        classifier_logs, network_logs = (
+            each.margins(crops).astype(np.float64) / each.temperature for each in (self.classifier, self.network)
         )
-        return own, other
+        return classifier_logs, network_logs
 
 
-def pooled(own: FloatArray, other: FloatArray, known: tuple[int, ...]) -> FloatArray:
+def pool_probabilities(classifier_logs: FloatArray, network_logs: FloatArray, known: tuple[int, ...]) -> FloatArray:
     """Probabilities of both classifiers as one, shape (n, c).
 
     Args:
-        own: logarithms of the classifier's probabilities, each row up to a constant, shape (n, c).
-        other: those of the network, shape (n, d).
+        classifier_logs: logarithms of the classifier's probabilities, each row up to a constant, shape (n, c).
+        network_logs: those of the network, shape (n, d).
         known: the network's class for each class of the classifier; -1: none.
     """
     shared = np.flatnonzero(np.array(known) >= 0)
-    out = shares_of(own)
+    out = normalise_logarithms(classifier_logs)
     # np.take gives rows that lie one after the other, so their sums do not depend on the number of rows.
     mass = np.take(out, shared, axis=1).sum(axis=1, keepdims=True)
-    of_both = np.take(own, shared, axis=1) + np.take(other, np.array(known)[shared], axis=1)
-    out[:, shared] = mass * shares_of(0.5 * of_both)
+    combined = np.take(classifier_logs, shared, axis=1) + np.take(network_logs, np.array(known)[shared], axis=1)
+    out[:, shared] = mass * normalise_logarithms(0.5 * combined)
     return out
 
 

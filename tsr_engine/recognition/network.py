@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from tsr_engine.recognition.descriptor import MARGIN, SIDE
 
-__all__ = ["FEATURES", "LAYERS", "LEAST_SPREAD", "NETWORK_GEOMETRY", "Layer", "NetworkMap"]
+__all__ = ["FEATURES", "LAYERS", "MIN_SPREAD", "NETWORK_GEOMETRY", "Layer", "NetworkMap"]
 
 FEATURES: Final = 256
 """Number of features."""
-LEAST_SPREAD: Final = 12.0
+MIN_SPREAD: Final = 12.0
 """Least divisor of a crop's values, grey levels; above it, the divisor is their standard deviation."""
 
 Array = NDArray[np.float32]
@@ -45,13 +45,13 @@ class Layer:
     outputs: int
     size: int
     stride: int
-    added: bool = False
-    padded: bool = True
+    is_residual: bool = False
+    is_padded: bool = True
 
     @property
     def reach(self) -> int:
         """Width of the zeros around the input."""
-        return self.size // 2 if self.padded else 0
+        return self.size // 2 if self.is_padded else 0
 
     def side(self, before: int) -> int:
         """Side of the output for an input of side ``before``."""
@@ -61,11 +61,11 @@ class Layer:
 LAYERS: Final = (
     Layer(3, 32, 5, 2),
     Layer(32, 64, 3, 2),
-    Layer(64, 64, 3, 1, added=True),
+    Layer(64, 64, 3, 1, is_residual=True),
     Layer(64, 128, 3, 2),
-    Layer(128, 128, 3, 1, added=True),
+    Layer(128, 128, 3, 1, is_residual=True),
     Layer(128, 160, 3, 2),
-    Layer(160, FEATURES, 3, 1, padded=False),
+    Layer(160, FEATURES, 3, 1, is_padded=False),
 )
 """From a crop of 48x48 px to 3x3 places of 160 channels, and from these to the features."""
 NETWORK_GEOMETRY: Final = {
@@ -90,10 +90,10 @@ class NetworkMap:
     """One for each layer, shape (outputs,)."""
 
     def __post_init__(self) -> None:
-        wanted = [(layer.size * layer.size * layer.inputs, layer.outputs) for layer in LAYERS]
-        found = [kernel.shape for kernel in self.kernels]
-        if found != wanted or [bias.shape for bias in self.biases] != [(layer.outputs,) for layer in LAYERS]:
-            raise ValueError(f"NetworkMap needs kernels {wanted}, each with a bias. Got {found} instead.")
+        expected = [(layer.size * layer.size * layer.inputs, layer.outputs) for layer in LAYERS]
+        shapes = [kernel.shape for kernel in self.kernels]
+        if shapes != expected or [bias.shape for bias in self.biases] != [(layer.outputs,) for layer in LAYERS]:
+            raise ValueError(f"NetworkMap needs kernels {expected}, each with a bias. Got {shapes} instead.")
 
     @property
     def length(self) -> int:
@@ -133,15 +133,17 @@ class NetworkMap:
         for layer in LAYERS:
             sides.append(layer.side(sides[-1]))
         depths = [LAYERS[0].inputs, *(layer.outputs for layer in LAYERS)]
-        held = [np.empty((side, side, depth), np.float32) for side, depth in zip(sides, depths, strict=True)]
+        activations = [np.empty((side, side, depth), np.float32) for side, depth in zip(sides, depths, strict=True)]
         out = np.empty((len(patches), FEATURES), dtype=np.float32)
         for row, patch in zip(out, patches, strict=True):
-            _normalise(np.ascontiguousarray(patch), held[0])
-            for layer, kernel, bias, (seen, found) in zip(
-                LAYERS, self.kernels, self.biases, pairwise(held), strict=True
+            _normalise(np.ascontiguousarray(patch), activations[0])
+            for layer, kernel, bias, (layer_input, layer_output) in zip(
+                LAYERS, self.kernels, self.biases, pairwise(activations), strict=True
             ):
-                _convolve(seen, kernel, bias, layer.size, layer.stride, layer.reach, layer.added, found)
-            row[:] = held[-1].reshape(-1)
+                _convolve(
+                    layer_input, kernel, bias, layer.size, layer.stride, layer.reach, layer.is_residual, layer_output
+                )
+            row[:] = activations[-1].reshape(-1)
         return out
 
 
@@ -153,7 +155,7 @@ def _normalise(patch, out):  # type: ignore[no-untyped-def]
         total += int(value)
         squares += int(value) * int(value)
     mean = total / count
-    spread = max(np.sqrt(max(squares / count - mean * mean, 0.0)), LEAST_SPREAD)
+    spread = max(np.sqrt(max(squares / count - mean * mean, 0.0)), MIN_SPREAD)
     shift, scale = np.float32(mean), np.float32(1 / spread)
     for y in range(SIDE):
         for x in range(SIDE):
@@ -162,9 +164,9 @@ def _normalise(patch, out):  # type: ignore[no-untyped-def]
 
 
 @nb.njit(cache=True, nogil=True)
-def _convolve(seen, kernel, bias, size, stride, reach, added, out):  # type: ignore[no-untyped-def]
+def _convolve(layer_input, kernel, bias, size, stride, reach, is_residual, out):  # type: ignore[no-untyped-def]
     """Computes one layer: for each place, lists the inputs that are not 0 and sums their rows of the kernel."""
-    height, width, inputs = seen.shape
+    height, width, inputs = layer_input.shape
     outputs = len(bias)
     rows = np.empty(size * size * inputs + 1, np.int64)
     values = np.empty(size * size * inputs + 1, np.float32)
@@ -179,14 +181,14 @@ def _convolve(seen, kernel, bias, size, stride, reach, added, out):  # type: ign
                     u = x * stride + i - reach
                     if u < 0 or u >= width:
                         continue
-                    place, first = seen[v, u], (j * size + i) * inputs
+                    cell, first = layer_input[v, u], (j * size + i) * inputs
                     for c in range(inputs):  # without a branch, which the processor could not predict
-                        rows[count], values[count] = first + c, place[c]
-                        count += place[c] != 0
+                        rows[count], values[count] = first + c, cell[c]
+                        count += cell[c] != 0
             _sum_rows(kernel, bias, rows, values, count, out[y, x])
-            if added:
+            if is_residual:
                 for k in range(outputs):
-                    out[y, x, k] += seen[y, x, k]
+                    out[y, x, k] += layer_input[y, x, k]
             for k in range(outputs):
                 out[y, x, k] = max(out[y, x, k], np.float32(0))
 

@@ -10,15 +10,15 @@ from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.params import Params
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.camera_shift import CameraShift
-from tsr_engine.tracking.focus import Focus, find_focus
+from tsr_engine.tracking.focus_of_expansion import Focus, find_focus
 
-__all__ = ["ENOUGH", "MOST", "PORTION", "calibrate", "with_focus"]
+__all__ = ["ESTIMATE_EVERY_FRAMES", "MAX_FRAMES", "MAX_STANDARD_ERROR", "calibrate", "with_focus"]
 
-PORTION = 250
+ESTIMATE_EVERY_FRAMES = 250
 """Number of frames between two estimates."""
-ENOUGH = 0.01
+MAX_STANDARD_ERROR = 0.01
 """Standard error at which the estimation stops, share of the height."""
-MOST = 3000
+MAX_FRAMES = 3000
 """Largest number of frames. A car that stands still for two minutes may stand for much longer."""
 
 
@@ -38,7 +38,8 @@ def calibrate(
     Args:
         path: the video.
         start: first frame.
-        stop: end, exclusive; unset: when the estimate is exact enough (``ENOUGH``), at most ``MOST`` frames later.
+        stop: end, exclusive; unset: when the estimate is exact enough (``MAX_STANDARD_ERROR``), at most
+            ``MAX_FRAMES`` later.
         x: horizontal position of the focus, share of the width.
         scale: factor by which pictures are reduced to measure the flow.
         limits: limits on the video; unset: ``VideoLimits()``.
@@ -54,21 +55,21 @@ def calibrate(
     """
     camera, size = CameraShift(scale), (0, 0)
     flows: list[tuple[FloatArray, FloatArray]] = []
-    end = start + MOST if stop is None else stop
+    end = start + MAX_FRAMES if stop is None else stop
     with open_video(path, limits=limits) as video:
         total = None if video.expected is None else max(0, min(end, video.expected) - start)
         for done, frame in enumerate(video.frames(start, end, ahead=2), 1):
             if cancelled is not None and cancelled():
                 break
-            if (found := camera.flow(frame.picture)) is not None:
-                points, flow, size = found
+            if (measured := camera.flow(frame.picture)) is not None:
+                points, flow, size = measured
                 flows.append((points, flow))
             if progress is not None:
                 progress(done, total)
-            if stop is None and done % PORTION == 0:
-                found_by_now = find_focus(flows, *size, x)
-                if found_by_now is not None and found_by_now.error <= ENOUGH:
-                    return found_by_now
+            if stop is None and done % ESTIMATE_EVERY_FRAMES == 0:
+                estimate = find_focus(flows, *size, x)
+                if estimate is not None and estimate.error <= MAX_STANDARD_ERROR:
+                    return estimate
     return find_focus(flows, *size, x)
 
 

@@ -73,14 +73,14 @@ class RunOutputs:
             self._rows = stack.enter_context(atomic_text(self._request.csv))
             self._rows.write(RESULT_HEADER + "\n")
         if self._request.annotated is not None:
-            place = output_path(self._request.annotated)
+            path = output_path(self._request.annotated)
             self._annotated = VideoWriter(
-                place, self._video.width, self._video.height, self._video.rate, pixel_ratio=self._video.pixel_ratio
+                path, self._video.width, self._video.height, self._video.rate, pixel_ratio=self._video.pixel_ratio
             )
             stack.callback(self._annotated.abort)
 
     @property
-    def draws(self) -> bool:
+    def has_video(self) -> bool:
         """Whether there is an annotated video; it also needs the frames that an earlier call has tracked."""
         return self._annotated is not None
 
@@ -109,8 +109,8 @@ class RunOutputs:
             StorageError: the video cannot be written.
         """
         if self._annotated is not None:
-            shown = replace(evidence, tracks=tuple(track for track in evidence.tracks if track.state != "dead"))
-            self._annotated.write(draw(frame.picture, shown, self._names), frame.time)
+            living = replace(evidence, tracks=tuple(track for track in evidence.tracks if track.state != "dead"))
+            self._annotated.write(draw(frame.picture, living, self._names), frame.time)
 
     def finish(self) -> None:
         """Write the remaining rows after the last frame.

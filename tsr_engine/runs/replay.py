@@ -16,18 +16,18 @@ from tsr_engine.errors import EvidenceError, ModelError, UsageError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params import Params
-from tsr_engine.params.replayable import ABSENT, changed_parameters, is_replayable
+from tsr_engine.params.replayable import VALUES_IN_OLD_RUNS, changed_parameters, is_replayable
 from tsr_engine.pipeline import (
-    READING,
+    READER_COMPONENTS,
     RECOMPUTED,
     Components,
     ResultStream,
     TrackSummary,
-    input_of,
-    rescored,
+    rescore,
     start_core,
+    stored_input,
 )
-from tsr_engine.recognition.catalogue import CLASS_NAMES
+from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.records import FrameEvidence
 
 __all__ = ["ReplayReport", "TrackDiff", "check_models", "replay", "run_params"]
@@ -88,7 +88,7 @@ def run_params(reader: EvidenceReader) -> Params:
     stored = reader.header.parameters
     pairs = [(f"{section}.{name}", value) for section, values in stored.items() for name, value in values.items()]
     try:
-        return Params().with_settings([*ABSENT.items(), *((name, _plain(value)) for name, value in pairs)])
+        return Params().with_settings([*VALUES_IN_OLD_RUNS.items(), *((name, _plain(value)) for name, value in pairs)])
     except UsageError as error:
         raise EvidenceError(f"{reader.folder} was made with other parameters than this version has: {error}") from None
 
@@ -108,11 +108,11 @@ def check_models(reader: EvidenceReader, components: Components, params: Params)
             "video again."
         )
     other_reader = run_params(reader).pipeline.reader != params.pipeline.reader
-    looks = params.pipeline.rescore_windows and "detector" in reader.header.models
-    unused = ("prior",) if looks else ("detector", "prior")
+    uses_detector = params.pipeline.rescore_windows and "detector" in reader.header.models
+    unused = ("prior",) if uses_detector else ("detector", "prior")
     for name, digest in components.models.items():
         stored = reader.header.models.get(name)
-        if stored is None and name in READING and other_reader:
+        if stored is None and name in READER_COMPONENTS and other_reader:
             continue  # what the run did not use is asked for now
         if stored != digest and name not in unused:
             expected = "none" if stored is None else f"sha256 {stored[:12]}..."
@@ -145,39 +145,39 @@ def replay(
     """
     report = ReplayReport() if report is None else report
     report.class_names = components.parts.names
-    began = time.perf_counter()
+    started = time.perf_counter()
     with EvidenceReader(folder) as reader:
-        before = run_params(reader)
-        changed = changed_parameters(before, params)
+        original_params = run_params(reader)
+        changed = changed_parameters(original_params, params)
         _refuse_fixed(folder, changed)
         if not reader.header.keep_pixels:
             raise EvidenceError(f"{folder} holds no pixels and cannot be replayed. Track the video again with pixels.")
-        weight = _weight(reader, before, params, components)
+        weight = _rescoring_weight(reader, original_params, params, components)
         core = start_core(reader, params, components.parts)
         old, new = ResultStream(), ResultStream()
         comparison = _Comparison()
         total = len(reader)
         for stored in reader.frames():
-            found = stored.detections if weight is None else rescored(stored.detections, weight)
-            given, pixels = input_of(stored, found)
-            again = replace(core.step(given), regions=stored.regions)
-            _count(report, again, stored, pixels.missing)
-            comparison.add(stored, again)
-            _drain(old.add(stored))
-            _drain(new.add(again))
+            detections = stored.detections if weight is None else rescore(stored.detections, weight)
+            core_input, pixels = stored_input(stored, detections)
+            replayed = replace(core.step(core_input), regions=stored.regions)
+            _count(report, replayed, stored, pixels.missing)
+            comparison.add(stored, replayed)
+            _exhaust(old.add(stored))
+            _exhaust(new.add(replayed))
             if on_frame is not None:
-                on_frame(again, report.frames, total)
-            yield again
-        _drain(old.finish())
-        _drain(new.finish())
+                on_frame(replayed, report.frames, total)
+            yield replayed
+        _exhaust(old.finish())
+        _exhaust(new.finish())
         report.before, report.tracks = old.tracks, new.tracks
         report.diff = comparison.result(old.tracks, new.tracks)
-    report.seconds = time.perf_counter() - began
+    report.seconds = time.perf_counter() - started
 
 
-def _count(report: ReplayReport, again: FrameEvidence, stored: FrameEvidence, missing: int) -> None:
+def _count(report: ReplayReport, replayed: FrameEvidence, stored: FrameEvidence, missing: int) -> None:
     report.frames += 1
-    difference = next(differences(again, stored, ignore=RECOMPUTED), None)
+    difference = next(differences(replayed, stored, ignore=RECOMPUTED), None)
     if difference is None:
         report.identical += 1
     elif not report.first_difference:
@@ -195,9 +195,9 @@ def _refuse_fixed(folder: Path, changed: list[str]) -> None:
             )
 
 
-def _weight(reader: EvidenceReader, before: Params, params: Params, components: Components) -> float | None:
+def _rescoring_weight(reader: EvidenceReader, original: Params, params: Params, components: Components) -> float | None:
     """The lambda to rescore detections with; None: the stored scores are used."""
-    if before.prior == params.prior:
+    if original.prior == params.prior:
         return None
     if not params.prior.use_prior:
         return 0.0
@@ -211,7 +211,7 @@ def _plain(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _drain(rows: Iterator[object]) -> None:
+def _exhaust(rows: Iterator[object]) -> None:
     for _ in rows:
         pass
 
@@ -223,17 +223,17 @@ class _Comparison:
         self._together: Counter[tuple[int, int]] = Counter()
 
     def add(self, old: FrameEvidence, new: FrameEvidence) -> None:
-        mine = [track for track in old.tracks if track.state != "dead"]
-        theirs = [track for track in new.tracks if track.state != "dead"]
-        for a in mine:
-            for b in theirs:
+        old_tracks = [track for track in old.tracks if track.state != "dead"]
+        new_tracks = [track for track in new.tracks if track.state != "dead"]
+        for a in old_tracks:
+            for b in new_tracks:
                 if float(iou(a.box, b.box)[0, 0]) >= MATCH_IOU:
                     self._together[a.track_id, b.track_id] += 1
 
     def result(self, old: list[TrackSummary], new: list[TrackSummary]) -> TrackDiff:
         before = {track.track_id: track for track in old}
-        now = {track.track_id: track for track in new}
-        pairs = {pair: n for pair, n in self._together.items() if pair[0] in before and pair[1] in now}
+        after = {track.track_id: track for track in new}
+        pairs = {pair: frames for pair, frames in self._together.items() if pair[0] in before and pair[1] in after}
         parts: dict[int, list[int]] = {}
         source: dict[int, int] = {}
         # A replayed track belongs to the run's track that it overlaps most often; to the older one on a tie.
@@ -241,12 +241,12 @@ class _Comparison:
             parts.setdefault(a, []).append(b)
             source.setdefault(b, a)
         return TrackDiff(
-            gained=tuple(sorted(now.keys() - source.keys())),
+            gained=tuple(sorted(after.keys() - source.keys())),
             lost=tuple(sorted(before.keys() - parts.keys())),
             switched=tuple((a, tuple(sorted(b))) for a, b in sorted(parts.items()) if len(b) > 1),
             relabelled=tuple(
-                (b, before[a].class_id, now[b].class_id)
+                (b, before[a].class_id, after[b].class_id)
                 for b, a in sorted(source.items())
-                if before[a].class_id != now[b].class_id
+                if before[a].class_id != after[b].class_id
             ),
         )

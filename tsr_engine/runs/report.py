@@ -14,8 +14,8 @@ from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.params import Params
 from tsr_engine.pipeline import TrackSummary
-from tsr_engine.recognition.catalogue import CLASS_NAMES
-from tsr_engine.tracking.focus import Focus
+from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
+from tsr_engine.tracking.focus_of_expansion import Focus
 
 __all__ = ["Progress", "RunReport", "RunRequest"]
 

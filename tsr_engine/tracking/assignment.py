@@ -44,16 +44,16 @@ def association_cost(predictions: list[Prediction], boxes: FloatArray, gates: Ga
     expected = np.array([p.box for p in predictions])
     overlap = iou(expected, boxes)
     a, b = to_cxcywh(expected)[:, None], to_cxcywh(boxes)[None]
-    real = shorter_side(boxes) > 0
-    b[:, ~real, 2:] = 1.0  # avoids roots and logarithms of invalid sizes; the result is not admitted
+    has_area = shorter_side(boxes) > 0
+    b[:, ~has_area, 2:] = 1.0  # avoids roots and logarithms of invalid sizes; the result is not admitted
     side = (a[..., 2] * a[..., 3] * b[..., 2] * b[..., 3]) ** 0.25
     distance = np.hypot(a[..., 0] - b[..., 0], a[..., 1] - b[..., 1]) / np.maximum(side, 1e-9)
     # The place of a track without detections is uncertain, so its gate grows with its covariance, up to a limit.
-    spread = np.array([np.sqrt(max(p.covariance[0, 0], p.covariance[1, 1])) for p in predictions])[:, None]
-    limit = np.clip(gates.sigmas * spread / np.maximum(side, 1e-9), gates.centre, max(gates.centre, gates.centre_max))
+    std = np.array([np.sqrt(max(p.covariance[0, 0], p.covariance[1, 1])) for p in predictions])[:, None]
+    limit = np.clip(gates.sigmas * std / np.maximum(side, 1e-9), gates.centre, max(gates.centre, gates.centre_max))
     ratio = np.exp(np.abs(np.log(a[..., 2:] / b[..., 2:])).max(axis=-1))
     cost = np.where(overlap >= gates.iou, 1.0 - overlap, 1.0 + distance)
-    admissible = ((overlap >= gates.iou) | (distance <= limit)) & (ratio <= gates.size) & real
+    admissible = ((overlap >= gates.iou) | (distance <= limit)) & (ratio <= gates.size) & has_area
     return np.where(admissible, cost, np.inf)
 
 
@@ -89,9 +89,9 @@ def associate(
     """
     cost = association_cost(predictions, boxes, gates)
     matched: dict[int, int] = {}
-    for passed in (scores >= high, (scores < high) & (scores >= low)):
+    for in_pass in (scores >= high, (scores < high) & (scores >= low)):
         rows: NDArray[np.int64] = np.array([i for i in range(len(predictions)) if i not in matched], dtype=np.int64)
-        columns = np.flatnonzero(passed)
+        columns = np.flatnonzero(in_pass)
         if not len(rows) or not len(columns):
             continue
         for r, c in assign(cost[np.ix_(rows, columns)]):

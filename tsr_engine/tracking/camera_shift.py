@@ -13,20 +13,20 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from tsr_engine.products import solve
+from tsr_engine.linear_algebra import solve
 from tsr_engine.records import FloatArray, Picture
 
 _POINTS = 120
 _CELL = 12
 """Side of the cells of the small picture, px; the strongest corner of each is tracked."""
-_LEAST_POINTS = 8
+_MIN_POINTS = 8
 _RADIAL_WEIGHT = 0.3
-_ROUNDS = 6
-_SMALLEST_SCALE = 0.15
+_ITERATIONS = 6
+_MIN_SCALE = 0.15
 """Floor of the robust residual scale, px of the small picture."""
 
 
-UNKNOWN = (1e-9, 1e-9)
+UNKNOWN_SHIFT = (1e-9, 1e-9)
 """The shift if too few points can be tracked: almost zero, but not the exact zero of a repeated picture."""
 
 
@@ -51,13 +51,13 @@ class CameraShift:
     def step(self, picture: Picture) -> tuple[float, float]:
         """Shift (dx, dy) from the previous picture to this one, px of the full picture.
 
-        Exactly zero for a picture that repeats the last one; ``UNKNOWN`` for the first picture, after a change of size,
-        and if too few points can be tracked.
+        Exactly zero for a picture that repeats the last one; ``UNKNOWN_SHIFT`` for the first picture, after a change of
+        size, and if too few points can be tracked.
         """
-        found = self.flow(picture)
-        if found is None:
-            return (0.0, 0.0) if self.repeated else UNKNOWN
-        points, flow, small = found
+        measured = self.flow(picture)
+        if measured is None:
+            return (0.0, 0.0) if self.repeated else UNKNOWN_SHIFT
+        points, flow, small = measured
         height, width = picture.shape[:2]
         shift = fit_shift(points - [self._foe[0] * small[0], self._foe[1] * small[1]], flow)[0]
         return float(shift[0] * width / small[0]), float(shift[1] * height / small[1])
@@ -73,23 +73,23 @@ class CameraShift:
         height, width = picture.shape[:2]
         small = (max(width // self._scale, 16), max(height // self._scale, 16))
         grey = cv2.cvtColor(cv2.resize(picture, small, interpolation=cv2.INTER_LINEAR), cv2.COLOR_BGR2GRAY)
-        before, self._previous = self._previous, grey
+        previous, self._previous = self._previous, grey
         self.repeated = False
-        if before is None or before.shape != grey.shape:
+        if previous is None or previous.shape != grey.shape:
             return None
-        if cv2.norm(before, grey, cv2.NORM_L1) <= 0.25 * grey.size:
+        if cv2.norm(previous, grey, cv2.NORM_L1) <= 0.25 * grey.size:
             self.repeated = True
             return None
-        start = _corners(before)
-        if len(start) < _LEAST_POINTS:
+        start = _corners(previous)
+        if len(start) < _MIN_POINTS:
             return None
-        end, found, _ = cv2.calcOpticalFlowPyrLK(
-            _same_exposure(before, grey), grey, start, None, winSize=(9, 9), maxLevel=3, criteria=(3, 10, 0.03)
+        end, is_found, _ = cv2.calcOpticalFlowPyrLK(
+            _match_exposure(previous, grey), grey, start, None, winSize=(9, 9), maxLevel=3, criteria=(3, 10, 0.03)
         )
-        kept = found[:, 0] == 1
-        points = start[kept, 0].astype(np.float64) + 0.5
-        flow = (end[kept, 0] - start[kept, 0]).astype(np.float64)
-        return None if len(points) < _LEAST_POINTS else (points, flow, small)
+        is_tracked = is_found[:, 0] == 1
+        points = start[is_tracked, 0].astype(np.float64) + 0.5
+        flow = (end[is_tracked, 0] - start[is_tracked, 0]).astype(np.float64)
+        return None if len(points) < _MIN_POINTS else (points, flow, small)
 
 
 def fit_shift(points: FloatArray, flow: FloatArray, radial_weight: float = _RADIAL_WEIGHT) -> tuple[FloatArray, float]:
@@ -109,13 +109,13 @@ def fit_shift(points: FloatArray, flow: FloatArray, radial_weight: float = _RADI
     flow = np.ascontiguousarray(flow, dtype=np.float64)
     # The start is the median flow, so that a few outliers do not spoil the first round.
     start = np.array([*np.median(flow, axis=0), 0.0])
-    solution = _reweighted(points, flow, start, radial_weight**2, _ROUNDS, _SMALLEST_SCALE)
+    solution = _fit_reweighted(points, flow, start, radial_weight**2, _ITERATIONS, _MIN_SCALE)
     return solution[:2], float(solution[2])
 
 
 @njit(cache=True, nogil=True)
-def _reweighted(
-    points: FloatArray, flow: FloatArray, start: FloatArray, radial: float, rounds: int, least: float
+def _fit_reweighted(
+    points: FloatArray, flow: FloatArray, start: FloatArray, radial: float, rounds: int, min_scale: float
 ) -> FloatArray:
     """The rounds of ``fit_shift``: shift x, shift y, growth."""
     n = len(points)
@@ -126,7 +126,7 @@ def _reweighted(
             radius = max(np.hypot(points[i, 0], points[i, 1]), 1e-6)
             ux, uy = points[i, 0] / radius, points[i, 1] / radius
             across[i] = abs(ux * (flow[i, 1] - dy) - uy * (flow[i, 0] - dx))
-        spread = 2.0 * max(1.4826 * np.median(across), least)
+        spread = 2.0 * max(1.4826 * np.median(across), min_scale)
         normal = np.zeros((3, 3))
         target = np.zeros((3, 1))
         for i in range(n):
@@ -155,7 +155,7 @@ def _reweighted(
     return np.array([dx, dy, growth])
 
 
-def _same_exposure(before: Picture, grey: Picture) -> Picture:
+def _match_exposure(before: Picture, grey: Picture) -> Picture:
     """The earlier picture with the later one's mean and contrast, since optical flow assumes constant brightness."""
     mean_before, std_before = (float(v[0, 0]) for v in cv2.meanStdDev(before))
     mean, std = (float(v[0, 0]) for v in cv2.meanStdDev(grey))
@@ -172,10 +172,10 @@ def _corners(grey: Picture) -> NDArray[np.float32]:
     rows, columns = grey.shape[0] // _CELL, grey.shape[1] // _CELL
     cells = strength[: rows * _CELL, : columns * _CELL].reshape(rows, _CELL, columns, _CELL)
     cells = cells.transpose(0, 2, 1, 3).reshape(rows * columns, _CELL * _CELL)
-    place = cells.argmax(axis=1)
-    best = cells[np.arange(len(cells)), place]
+    positions = cells.argmax(axis=1)
+    best = cells[np.arange(len(cells)), positions]
     order = np.argsort(-best, kind="stable")[:_POINTS]
     order = order[best[order] > max(1e-5, 0.002 * float(best.max(initial=0.0)))]
-    y = (order // columns) * _CELL + place[order] // _CELL
-    x = (order % columns) * _CELL + place[order] % _CELL
+    y = (order // columns) * _CELL + positions[order] // _CELL
+    x = (order % columns) * _CELL + positions[order] % _CELL
     return np.stack([x, y], axis=1).astype(np.float32)[:, None]

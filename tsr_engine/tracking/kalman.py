@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from tsr_engine.products import product, solve
+from tsr_engine.linear_algebra import product, solve
 from tsr_engine.records import FloatArray
 
-__all__ = ["correct", "spread"]
+__all__ = ["propagate_covariance", "update_covariance"]
 
 
 @njit(cache=True, nogil=True)
-def spread(P: FloatArray, F: FloatArray) -> FloatArray:
+def propagate_covariance(P: FloatArray, F: FloatArray) -> FloatArray:
     """``F P F'``: covariance (n, n) after a linear step with matrix F, shape (n, n)."""
     after: FloatArray = product(product(F, P), F.T)
     return after
 
 
 @njit(cache=True, nogil=True)
-def correct(P: FloatArray, H: FloatArray, R: FloatArray) -> tuple[FloatArray, FloatArray]:
+def update_covariance(P: FloatArray, H: FloatArray, R: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Gain and covariance of a measurement update, Joseph form.
 
     Args:
@@ -30,7 +30,7 @@ def correct(P: FloatArray, H: FloatArray, R: FloatArray) -> tuple[FloatArray, Fl
     Returns:
         The gain K, shape (n, m), by which the innovation moves the mean; and the new covariance, shape (n, n).
     """
-    seen = product(H, P)
-    K = np.ascontiguousarray(solve(product(seen, H.T) + R, seen).T)
-    rest = np.eye(len(P)) - product(K, H)
-    return K, spread(P, rest) + spread(R, K)
+    projected = product(H, P)
+    K = np.ascontiguousarray(solve(product(projected, H.T) + R, projected).T)
+    remaining = np.eye(len(P)) - product(K, H)
+    return K, propagate_covariance(P, remaining) + propagate_covariance(R, K)

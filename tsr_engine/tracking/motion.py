@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.protocols import MotionModel
+from tsr_engine.tracking.measurement_noise import MeasurementNoise
 from tsr_engine.tracking.motion_constant_velocity import ConstantVelocityMotion
 from tsr_engine.tracking.motion_looming import LoomingMotion, LoomingNoise
 from tsr_engine.tracking.motion_paper import PaperMotion
-from tsr_engine.tracking.noise import MeasurementNoise
 
 
 def make_motion(params: TrackingParams) -> MotionModel:

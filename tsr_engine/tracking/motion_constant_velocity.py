@@ -1,18 +1,18 @@
 """Constant velocity of centre and size: the usual filter of box trackers.
 
 filterpy computes the process noise. The two steps are own code, because filterpy multiplies by BLAS, whose last digits
-depend on the processor (see :mod:`tsr_engine.products`). A test compares them with filterpy's filter.
+depend on the processor (see :mod:`tsr_engine.linear_algebra`). A test compares them with filterpy's filter.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from tsr_engine.products import product
+from tsr_engine.linear_algebra import product
 from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality, MotionState
 from tsr_engine.records import FloatArray
-from tsr_engine.tracking.kalman import correct, spread
-from tsr_engine.tracking.noise import MeasurementNoise
+from tsr_engine.tracking.kalman import propagate_covariance, update_covariance
+from tsr_engine.tracking.measurement_noise import MeasurementNoise
 
 _H = np.eye(4, 8)
 
@@ -58,14 +58,14 @@ class ConstantVelocityMotion:
         x[:4] += dt * x[4:]
         x[:2] += shift
         x[2:4] = np.maximum(x[2:4], 1.0)
-        return MotionState(x, spread(state.covariance, F) + Q)
+        return MotionState(x, propagate_covariance(state.covariance, F) + Q)
 
     def update(
         self, state: MotionState, measurement: FloatArray, quality: MeasurementQuality = FULL_QUALITY
     ) -> MotionState:
         """Standard Kalman update."""
         R = self._noise.covariance(state.mean[2], state.mean[3], quality)
-        K, P = correct(state.covariance, _H, R)
+        K, P = update_covariance(state.covariance, _H, R)
         innovation = np.asarray(measurement, dtype=np.float64) - state.mean[:4]
         x = state.mean + product(K, innovation[:, None])[:, 0]
         x[2:4] = np.maximum(x[2:4], 1.0)

@@ -13,17 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from tsr_engine.products import product
+from tsr_engine.linear_algebra import product
 from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality, MotionState
 from tsr_engine.records import FloatArray
-from tsr_engine.tracking.kalman import correct, spread
-from tsr_engine.tracking.noise import MeasurementNoise
+from tsr_engine.tracking.kalman import propagate_covariance, update_covariance
+from tsr_engine.tracking.measurement_noise import MeasurementNoise
 
 CX, CY, Q, RATE, ASPECT, VX, VY, FX, FY = range(9)
 """Indices of the state: centre, inverse width, its rate, height / width, drift, FOE; in px and frames."""
 _STATES = 9
-_WIDEST, _NARROWEST = 4000.0, 2.0
-_ASPECTS = (0.05, 20.0)
+_MAX_WIDTH, _MIN_WIDTH = 4000.0, 2.0
+_ASPECT_RANGE = (0.05, 20.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,13 +92,13 @@ class LoomingMotion:
             focus_y: row of the FOE in this step, px; the state keeps its own estimate. None: the state's.
         """
         p = self._process
-        wander = np.array([p.centre, p.centre_px, p.scale, p.growth, p.aspect, p.drift_px, p.drift_decay])
+        process = np.array([p.centre, p.centre_px, p.scale, p.growth, p.aspect, p.drift_px, p.drift_decay])
         mean = state.mean.copy()
         if focus_y is not None:
             mean[FY] = focus_y
-        ahead, covariance = _time_update(mean, state.covariance, float(dt), shift[0], shift[1], wander)
-        ahead[FY] = state.mean[FY]
-        return MotionState(ahead, covariance)
+        predicted, covariance = _time_update(mean, state.covariance, float(dt), shift[0], shift[1], process)
+        predicted[FY] = state.mean[FY]
+        return MotionState(predicted, covariance)
 
     def update(
         self, state: MotionState, measurement: FloatArray, quality: MeasurementQuality = FULL_QUALITY
@@ -118,12 +118,12 @@ class LoomingMotion:
         """``H P H' + R``, shape (4, 4), px^2."""
         box = self.box_of(state)
         H = _jacobian(state.mean)
-        return np.asarray(spread(state.covariance, H) + self._noise.covariance(box[2], box[3]))
+        return np.asarray(propagate_covariance(state.covariance, H) + self._noise.covariance(box[2], box[3]))
 
 
 @njit(cache=True, nogil=True)
 def _time_update(
-    x: FloatArray, P: FloatArray, dt: float, shift_x: float, shift_y: float, wander: FloatArray
+    x: FloatArray, P: FloatArray, dt: float, shift_x: float, shift_y: float, process: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Mean and covariance after one step.
 
@@ -131,32 +131,32 @@ def _time_update(
     """
     q = x[Q]
     # A step at most doubles the width, so that a wrong rate cannot make the box huge.
-    ahead = max(q + x[RATE] * dt, 0.5 * q, 1.0 / _WIDEST)
-    zoom = q / ahead
-    fade = wander[6] ** dt
+    next_q = max(q + x[RATE] * dt, 0.5 * q, 1.0 / _MAX_WIDTH)
+    zoom = q / next_q
+    decay = process[6] ** dt
     mean = x.copy()
     F = np.eye(_STATES)
     for c, foe, drift, shift in ((CX, FX, VX, shift_x), (CY, FY, VY, shift_y)):
         ray = x[c] - x[foe]
         mean[c] = x[foe] + ray * zoom + x[drift] * dt + shift
-        mean[drift] = x[drift] * fade
+        mean[drift] = x[drift] * decay
         F[c, c] = zoom
-        F[c, Q] = ray * (ahead - q) / ahead**2
-        F[c, RATE] = -ray * q * dt / ahead**2
+        F[c, Q] = ray * (next_q - q) / next_q**2
+        F[c, RATE] = -ray * q * dt / next_q**2
         F[c, foe] = 1.0 - zoom
         F[c, drift] = dt
-        F[drift, drift] = fade
+        F[drift, drift] = decay
     F[Q, RATE] = dt
-    mean[Q] = min(ahead, 1.0 / _NARROWEST)
+    mean[Q] = min(next_q, 1.0 / _MIN_WIDTH)
     w, h = 1.0 / mean[Q], mean[ASPECT] / mean[Q]
-    P = spread(P, F)
-    P[CX, CX] += dt * ((wander[0] * w) ** 2 + wander[1] ** 2)
-    P[CY, CY] += dt * ((wander[0] * h) ** 2 + wander[1] ** 2)
-    P[Q, Q] += dt * (wander[2] * mean[Q]) ** 2
-    P[RATE, RATE] += dt * (wander[3] * mean[Q]) ** 2
-    P[ASPECT, ASPECT] += dt * (wander[4] * mean[ASPECT]) ** 2
-    P[VX, VX] += dt * wander[5] ** 2
-    P[VY, VY] += dt * wander[5] ** 2
+    P = propagate_covariance(P, F)
+    P[CX, CX] += dt * ((process[0] * w) ** 2 + process[1] ** 2)
+    P[CY, CY] += dt * ((process[0] * h) ** 2 + process[1] ** 2)
+    P[Q, Q] += dt * (process[2] * mean[Q]) ** 2
+    P[RATE, RATE] += dt * (process[3] * mean[Q]) ** 2
+    P[ASPECT, ASPECT] += dt * (process[4] * mean[ASPECT]) ** 2
+    P[VX, VX] += dt * process[5] ** 2
+    P[VY, VY] += dt * process[5] ** 2
     return mean, P
 
 
@@ -165,11 +165,11 @@ def _measurement_update(x: FloatArray, P: FloatArray, z: FloatArray, R: FloatArr
     """Mean and covariance after one measurement, linearised at ``x``, Joseph form."""
     w, h = 1.0 / x[Q], x[ASPECT] / x[Q]
     H = _jacobian(x)
-    K, P = correct(P, H, R)
+    K, P = update_covariance(P, H, R)
     innovation = z - np.array([x[CX], x[CY], w, h])
     mean = x + product(K, innovation.reshape(4, 1))[:, 0]
-    mean[Q] = min(max(mean[Q], 1.0 / _WIDEST), 1.0 / _NARROWEST)
-    mean[ASPECT] = min(max(mean[ASPECT], _ASPECTS[0]), _ASPECTS[1])
+    mean[Q] = min(max(mean[Q], 1.0 / _MAX_WIDTH), 1.0 / _MIN_WIDTH)
+    mean[ASPECT] = min(max(mean[ASPECT], _ASPECT_RANGE[0]), _ASPECT_RANGE[1])
     return mean, P
 
 

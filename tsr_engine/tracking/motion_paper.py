@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsr_engine.products import product
+from tsr_engine.linear_algebra import product
 from tsr_engine.protocols import FULL_QUALITY, MeasurementQuality, MotionState
 from tsr_engine.records import FloatArray
-from tsr_engine.tracking.kalman import correct
-from tsr_engine.tracking.noise import MeasurementNoise
+from tsr_engine.tracking.kalman import update_covariance
+from tsr_engine.tracking.measurement_noise import MeasurementNoise
 
 
 class PaperMotion:
@@ -59,7 +59,7 @@ class PaperMotion:
         """Standard Kalman update of ``cx, cy, w, h``; the earlier estimates stay."""
         x, P = state.mean[:4], state.covariance
         R = self._noise.covariance(x[2], x[3], quality)
-        K, P = correct(P, np.eye(4), R)
+        K, P = update_covariance(P, np.eye(4), R)
         x = x + product(K, (np.asarray(measurement, dtype=np.float64) - x)[:, None])[:, 0]
         x[2:] = np.maximum(x[2:], 1.0)
         return MotionState(np.concatenate([x, state.mean[4:]]), P)

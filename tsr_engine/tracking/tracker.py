@@ -20,25 +20,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from tsr_engine.counted import counted
 from tsr_engine.geometry.boxes import area, clip, intersection, iou, shorter_side, to_cxcywh, to_xyxy
 from tsr_engine.params.tracking import TrackingParams
-from tsr_engine.protocols import FULL_QUALITY, WHOLE, Edges, MeasurementQuality, MotionModel
+from tsr_engine.plural import plural
+from tsr_engine.protocols import FULL_QUALITY, NO_CUT_EDGES, Edges, MeasurementQuality, MotionModel
 from tsr_engine.records import Detections, Event, FloatArray, Prediction, Source
 from tsr_engine.tracking.assignment import Gates, associate
-from tsr_engine.tracking.cut_boxes import completed
-from tsr_engine.tracking.level import Level
 from tsr_engine.tracking.motion import make_motion
-from tsr_engine.tracking.status import TrackedFrame, TrackStatus
 from tsr_engine.tracking.track import Track
+from tsr_engine.tracking.track_status import TrackedFrame, TrackStatus
+from tsr_engine.tracking.truncated_boxes import complete_box
+from tsr_engine.tracking.vertical_drift import VerticalDriftFilter
 
 __all__ = ["TrackStatus", "TrackedFrame", "Tracker"]
 
-_NESTED = 0.65
+_NESTED_OVERLAP = 0.65
 """Overlap with a detected track's box, as a share of the smaller box, from which a detection shows the same sign."""
-_CUT = 0.05
+_EDGE_DISTANCE = 0.05
 """Distance from the picture's edge, in sides of the box, within which the box counts as cut off."""
-_MOST_REPEATS = 2
+_MAX_REPEATS = 2
 """Largest number of repeated pictures in a row that count as dropped frames."""
 
 
@@ -70,10 +70,10 @@ class Tracker:
         self._tracks: dict[int, Track] = {}
         self._next_id = first_id
         self._detections = Detections.empty()
-        self._taken: set[int] = set()
-        self._debt = 0.0
+        self._matched_rows: set[int] = set()
+        self._skipped_time = 0.0
         self._repeats = 0
-        self._level = Level(params.level_frames)
+        self._drift_filter = VerticalDriftFilter(params.level_frames)
         self._focus_y = None if params.coast_foe_y is None else params.coast_foe_y * height
 
     @property
@@ -104,17 +104,17 @@ class Tracker:
         """
         if not self._params.use_camera_shift:
             shift = None
-        dt = self._moved(dt, repeated=shift is not None and shift[0] == 0.0 and shift[1] == 0.0)
+        dt = self._elapsed(dt, repeated=shift is not None and shift[0] == 0.0 and shift[1] == 0.0)
         if not self._tracks:
-            self._level.forget()  # a run that resumes after this frame has no earlier frames either
-        shift = self._level.of(shift or (0.0, 0.0), dt)
+            self._drift_filter.reset()  # a run that resumes after this frame has no earlier frames either
+        shift = self._drift_filter.remove_drift(shift or (0.0, 0.0), dt)
         for track in self._tracks.values():
             # A detected sign follows its own path; an undetected one moves away from the camera's known FOE.
             motion = self._motion.predict(track.motion, dt, shift, self._focus_y if track.undetected > 0 else None)
             box = to_xyxy(self._motion.box_of(motion))
             track.begin_frame(Prediction(box, self._motion.innovation(motion)), motion)
         self._detections = Detections.empty()
-        self._taken = set()
+        self._matched_rows = set()
         return {track.track_id: track.prediction for track in self._tracks.values() if track.prediction is not None}
 
     def associate(self, detections: Detections) -> dict[int, int]:
@@ -131,7 +131,7 @@ class Tracker:
         p = self._params
         pairs = associate(predictions, detections.boxes, detections.scores, p.high_score, p.low_score, self._gates)
         self._detections = detections
-        self._taken = set(pairs.values())
+        self._matched_rows = set(pairs.values())
         for index, row in pairs.items():
             tracks[index].detected(row, float(detections.scores[row]), p)
         return {tracks[index].track_id: row for index, row in sorted(pairs.items())}
@@ -166,21 +166,21 @@ class Tracker:
         if not shorter_side(box) > 0:
             raise ValueError(f"A track must be corrected by a box with area. Got {[float(v) for v in box]} instead.")
         track = self._tracks[track_id]
-        before = track.motion
-        expected = to_xyxy(self._motion.box_of(before))
-        whole, cut = completed(box, expected, self._cut_off(box, expected))
-        measured, seen = to_cxcywh(whole), replace(quality, cut=cut)
+        predicted = track.motion
+        expected = to_xyxy(self._motion.box_of(predicted))
+        complete, cut = complete_box(box, expected, self._truncated_edges(box, expected))
+        measurement, measured_quality = to_cxcywh(complete), replace(quality, cut=cut)
         if source == "detected":
-            seen = seen.times(self._params.noise_scale(track.score))
-        track.motion = self._motion.update(before, measured, seen)
+            measured_quality = measured_quality.times(self._params.noise_scale(track.score))
+        track.motion = self._motion.update(predicted, measurement, measured_quality)
         if result is not None:
             track.box = np.array(result, dtype=np.float64)
         elif self._params.result_noise == 1.0:
             track.box = to_xyxy(self._motion.box_of(track.motion))
         else:
             # The state must not follow each detection's error, or it predicts badly; the frame's result may.
-            shown = self._motion.update(before, measured, seen.times(self._params.result_noise))
-            track.box = to_xyxy(self._motion.box_of(shown))
+            displayed = self._motion.update(predicted, measurement, measured_quality.times(self._params.result_noise))
+            track.box = to_xyxy(self._motion.box_of(displayed))
         track.source = source
         track.measured = True
         if confident:
@@ -196,8 +196,8 @@ class Tracker:
         events: list[Event] = []
         for track in self._tracks.values():
             if track.undetected > 0:
-                floor = self._params.low_score
-                track.score = floor + (track.score - floor) * self._params.score_decay
+                low_score = self._params.low_score
+                track.score = low_score + (track.score - low_score) * self._params.score_decay
             if track.state == "tentative" and track.may_confirm(self._params):
                 track.state = "confirmed"
                 events.append(confirmed_event(track, self._params.confirm_window))
@@ -224,42 +224,44 @@ class Tracker:
 
     def _in_view(self, prediction: Prediction) -> Prediction:
         """The part of a prediction that is in the picture; all of it if no part is."""
-        seen = clip(prediction.box, self._width, self._height)
-        if not self._params.open_edges or float((seen[2:] - seen[:2]).min()) < 1.0:
+        visible = clip(prediction.box, self._width, self._height)
+        if not self._params.open_edges or float((visible[2:] - visible[:2]).min()) < 1.0:
             return prediction
-        return Prediction(seen, prediction.covariance)
+        return Prediction(visible, prediction.covariance)
 
-    def _cut_off(self, box: FloatArray, expected: FloatArray) -> Edges:
+    def _truncated_edges(self, box: FloatArray, expected: FloatArray) -> Edges:
         """Edges of a measured box, shape (4,), that lie at the picture's edge.
 
         A sign that leaves the view is measured only up to the picture's edge. As an edge of the sign, it would make
         the sign shrink and move inwards.
         """
         if not self._params.open_edges:
-            return WHOLE
+            return NO_CUT_EDGES
         limits = np.array([0.0, 0.0, self._width, self._height])
         outward = np.array([-1.0, -1.0, 1.0, 1.0])
         sides = np.tile(box[2:] - box[:2], 2)
-        left, top, right, bottom = (outward * (box - limits) > -_CUT * sides) & (outward * (expected - limits) > 0.0)
+        left, top, right, bottom = (outward * (box - limits) > -_EDGE_DISTANCE * sides) & (
+            outward * (expected - limits) > 0.0
+        )
         return bool(left), bool(top), bool(right), bool(bottom)
 
-    def _moved(self, dt: float, *, repeated: bool) -> float:
+    def _elapsed(self, dt: float, *, repeated: bool) -> float:
         """Time by which the picture's content advances, nominal frame intervals.
 
         Cameras and converters repeat a picture in place of a dropped one, so that the next picture is two intervals
         later. More repeats in a row mean a scene that stands still; time then passes as usual.
         """
         if not self._tracks:
-            self._debt, self._repeats = 0.0, 0
+            self._skipped_time, self._repeats = 0.0, 0
             return dt
         if not repeated:
-            dt, self._debt, self._repeats = dt + self._debt, 0.0, 0
+            dt, self._skipped_time, self._repeats = dt + self._skipped_time, 0.0, 0
             return dt
         self._repeats += 1
-        if self._repeats > _MOST_REPEATS:
-            self._debt = 0.0
+        if self._repeats > _MAX_REPEATS:
+            self._skipped_time = 0.0
             return dt
-        self._debt += dt
+        self._skipped_time += dt
         return 0.0
 
     def _end_tracks(self) -> list[Event]:
@@ -268,17 +270,17 @@ class Tracker:
         for track in list(self._tracks.values()):
             share = float(area(clip(track.box, self._width, self._height)) / max(float(area(track.box)), 1e-9))
             values: Mapping[str, float | int] = {"missed": track.missed, "undetected": track.undetected, "view": share}
-            unseen = track.undetected > 0 or not self._params.open_edges
-            if share < self._params.view_share and unseen:
-                why = f"only {share:.0%} of its box is in view"
+            may_leave = track.undetected > 0 or not self._params.open_edges
+            if share < self._params.view_share and may_leave:
+                reason = f"only {share:.0%} of its box is in view"
             elif track.missed > track.limit(self._params):
-                why = f"{track.missed} frames without a detection or a sure relocalisation"
+                reason = f"{track.missed} frames without a detection or a sure relocalisation"
             elif track.undetected > self._params.max_undetected:
-                why = f"{track.undetected} frames without a detection"
+                reason = f"{track.undetected} frames without a detection"
             else:
                 continue
-            unsure = " before it was confirmed" if track.state == "tentative" else ""
-            events.append(Event("died", track.track_id, f"Track {track.track_id} ended{unsure}: {why}.", values))
+            suffix = " before it was confirmed" if track.state == "tentative" else ""
+            events.append(Event("died", track.track_id, f"Track {track.track_id} ended{suffix}: {reason}.", values))
             del self._tracks[track.track_id]
         return events
 
@@ -291,11 +293,11 @@ class Tracker:
         boxes = np.array([track.box for track in tracks])
         overlaps = iou(boxes, boxes)
         for i, weak in enumerate(tracks):
-            above = np.flatnonzero(overlaps[i, i + 1 :] >= self._params.merge_iou)
-            if len(above):
-                strong = tracks[i + 1 + int(above[0])]
+            stronger = np.flatnonzero(overlaps[i, i + 1 :] >= self._params.merge_iou)
+            if len(stronger):
+                strong = tracks[i + 1 + int(stronger[0])]
                 text = f"Track {weak.track_id} ended: it lies on the same sign as track {strong.track_id}."
-                values = {"into": strong.track_id, "iou": float(overlaps[i, i + 1 + int(above[0])])}
+                values = {"into": strong.track_id, "iou": float(overlaps[i, i + 1 + int(stronger[0])])}
                 events.append(Event("died", weak.track_id, text, values))
                 del self._tracks[weak.track_id]
         return events
@@ -307,7 +309,7 @@ class Tracker:
         for row in range(len(detections)):
             score = float(detections.scores[row])
             box = np.array(detections.boxes[row], dtype=np.float64)
-            if row in self._taken or score < self._params.birth_score or not shorter_side(box) > 0:
+            if row in self._matched_rows or score < self._params.birth_score or not shorter_side(box) > 0:
                 continue
             if self._is_second_view(box):
                 continue
@@ -330,7 +332,7 @@ class Tracker:
                 return True
             smaller = min(float(area(box)), float(area(track.box)))
             # Only a track that is detected in this frame suppresses a nested box of quite different size.
-            if track.undetected == 0 and float(intersection(box, track.box)[0, 0]) >= _NESTED * smaller:
+            if track.undetected == 0 and float(intersection(box, track.box)[0, 0]) >= _NESTED_OVERLAP * smaller:
                 return True
         return False
 
@@ -338,7 +340,7 @@ class Tracker:
 def confirmed_event(track: Track, window: int) -> Event:
     """The event of a confirmation by detections of the last ``window`` frames; its value ``frames`` is the age."""
     hits, age = len(track.recent), track.age + 1
-    by = f"{counted(hits, 'detection')} in its last {counted(min(age, window), 'frame')}"
+    by = f"{plural(hits, 'detection')} in its last {plural(min(age, window), 'frame')}"
     values = {"hits": hits, "frames": age, "since": track.born}
     return Event("confirmed", track.track_id, f"Track {track.track_id} is confirmed by {by}.", values)
 

@@ -54,7 +54,7 @@ def soften(picture: Picture, rng: np.random.Generator) -> Picture:
     return np.asarray(out, dtype=np.uint8)
 
 
-def seen_otherwise(
+def augment_picture(
     picture: Picture,
     box: FloatArray,
     rng: np.random.Generator,

@@ -14,11 +14,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tsr_engine.detection.refine.box_refinement import BoxRefinement, cut_box, move_edges, steps_between
-from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.descriptor import MARGIN, describe_patches
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier import descend, shown_views
-from tsr_engine.training.classifier_jitter import LoadedCrop, disturbed
+from tsr_engine.training.classifier_augmentation import LoadedCrop, disturbed
 from tsr_engine.training.classifier_network import Network, NetworkSettings
 from tsr_engine.training.progress import Progress
 
@@ -74,7 +74,7 @@ def train_box_refinement(
 
     Args:
         crops: GTSRB crops; may be empty.
-        scene_signs: signs of the scenes with their surroundings (:func:`~.classifier_jitter.surrounded_crop`).
+        scene_signs: signs of the scenes with their surroundings (:func:`~.classifier_augmentation.surrounded_crop`).
         plan: see :class:`BoxRefinementPlan`.
         rng: source of weights and views.
         progress: called as the work proceeds.
@@ -111,7 +111,7 @@ def _centred(
     wrong = []
     for crop in scene_signs:
         shown = [box_refinement_view(crop, rng, plan, 0.0, cut=False) for _ in range(plan.centring)]
-        answers = box_refinement.answers(
+        answers = box_refinement.steps_of(
             box_refinement.features(describe_patches(np.stack([patch for patch, _ in shown])))
         )
         wrong.append(np.stack([steps for _, steps in shown]) - answers)

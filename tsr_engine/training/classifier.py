@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from tsr_engine.errors import InputError
 from tsr_engine.io.gtsrb import CropItem, read_items, split_by_track
 from tsr_engine.io.models import Component
-from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.classifier import COMPONENT, GEOMETRY, SignClassifier
 from tsr_engine.recognition.descriptor import LENGTH, SIDE, describe_patches
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
+from tsr_engine.training.classifier_augmentation import LoadedCrop, jittered_view, load_crop
 from tsr_engine.training.classifier_figures import held_out_figures
-from tsr_engine.training.classifier_jitter import LoadedCrop, jittered_view, load_crop
 from tsr_engine.training.classifier_network import Network, NetworkSettings, Wanted
 from tsr_engine.training.drawn_signs import DRAWN_CLASSES, ROAD, Lettering, drawn_crop
 from tsr_engine.training.inset_signs import INSET_CLASSES, inset_crop

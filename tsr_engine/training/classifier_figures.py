@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from tsr_engine.recognition.classifier import SignClassifier, softmax
-from tsr_engine.training.classifier_jitter import LoadedCrop, box_view, plain_view, shaken_box
+from tsr_engine.training.classifier_augmentation import LoadedCrop, box_view, plain_view, shaken_box
 
 __all__ = ["fit_temperature", "held_out_figures", "negative_log_likelihood"]
 

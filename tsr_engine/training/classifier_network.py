@@ -15,8 +15,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.features import POSITIONS, WINDOW_LENGTH, windows
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 
 Array = NDArray[np.float32]
 Wanted = NDArray[Any]  # Any: whole classes, or the real targets of Huber's loss

@@ -32,7 +32,7 @@ from tsr_engine.training.progress import Progress
 __all__ = ["CorrectedScene", "Sampling", "corrected_scenes", "is_reviewed", "verdict", "video_name"]
 
 
-_SAID: Final = frozenset({"corrected", "human", "truth"})
+_EDITED_SOURCES: Final = frozenset({"corrected", "human", "truth"})
 """Sources of open tracks that are used anyway, because a person has edited them."""
 
 
@@ -93,7 +93,7 @@ def verdict(track: Track) -> str:
         return "rejected"
     if track.state == "needs_work" or track.label < 0:
         return "unknown"
-    return "sign" if track.state in ("accepted", "truth") or track.source in _SAID else "unknown"
+    return "sign" if track.state in ("accepted", "truth") or track.source in _EDITED_SOURCES else "unknown"
 
 
 def video_name(video: DatasetVideo) -> str:
@@ -130,17 +130,17 @@ def corrected_scenes(
     """
     report: Progress = progress or (lambda *_: None)
     out: list[CorrectedScene] = []
-    chosen = _chosen(dataset, sampling.most, seed)
+    chosen = _choose_tracks(dataset, sampling.most, seed)
     for number, video in enumerate(dataset.videos):
-        own = pictures[number] if number < len(pictures) else {}
-        if not is_reviewed(video) or (video.path is None and not own):
+        video_pictures = pictures[number] if number < len(pictures) else {}
+        if not is_reviewed(video) or (video.path is None and not video_pictures):
             continue
-        wanted = _wanted(video, sampling, chosen)
+        frames = _frames_to_decode(video, sampling, chosen)
         if video.path is None:
-            places = {int(k): own[int(k)] for k in wanted if int(k) in own}
+            files = {int(k): video_pictures[int(k)] for k in frames if int(k) in video_pictures}
         else:
-            places = _decode(video, video.path, work / f"v{number:03d}", wanted, report)
-        out += _of_video(video, places, sampling, chosen)
+            files = _decode(video, video.path, work / f"v{number:03d}", frames, report)
+        out += _scenes_of_video(video, files, sampling, chosen)
     return out
 
 
@@ -155,7 +155,7 @@ class _Frame:
     rejected: list[FloatArray] = field(default_factory=list)
 
 
-def _chosen(dataset: Dataset, most: int, seed: int) -> frozenset[tuple[str, str]]:
+def _choose_tracks(dataset: Dataset, most: int, seed: int) -> frozenset[tuple[str, str]]:
     """(video, uid) of the tracks to use: all, or the largest allowed number in rounds over the classes."""
     rng = np.random.default_rng([seed, 61])
     kinds: dict[str, dict[int, list[tuple[str, str]]]] = {"sign": {}, "rejected": {}}
@@ -172,18 +172,18 @@ def _chosen(dataset: Dataset, most: int, seed: int) -> frozenset[tuple[str, str]
     return frozenset(chosen)
 
 
-def _of_video(
-    video: DatasetVideo, places: Mapping[int, Path], sampling: Sampling, chosen: frozenset[tuple[str, str]]
+def _scenes_of_video(
+    video: DatasetVideo, files: Mapping[int, Path], sampling: Sampling, chosen: frozenset[tuple[str, str]]
 ) -> list[CorrectedScene]:
-    frames = {k: _Frame() for k in places}
+    frames = {k: _Frame() for k in files}
     name = video_name(video)
     for track in video.tracks():
-        _enter(frames, track, f"{name}/{track.uid}", sampling.least, (name, track.uid) in chosen)
+        _add_track(frames, track, f"{name}/{track.uid}", sampling.least, (name, track.uid) in chosen)
     scenes = []
     for number, frame in frames.items():
         scene = Scene(
             f"{video.name}#{number}",
-            places[number],
+            files[number],
             _rows(frame.boxes),
             np.array(frame.classes, dtype=np.int64),
             _rows(frame.ignored),
@@ -196,10 +196,10 @@ def _rows(boxes: Sequence[FloatArray]) -> FloatArray:
     return np.array(boxes, dtype=np.float64).reshape(-1, 4)
 
 
-def _enter(frames: dict[int, _Frame], track: Track, sign: str, least: float, chosen: bool) -> None:
+def _add_track(frames: dict[int, _Frame], track: Track, sign: str, least: float, chosen: bool) -> None:
     """Add a track to the frames that are used."""
     kind = verdict(track) if chosen else "unknown"
-    clear = _clear(track, least)
+    clear = _is_clear(track, least)
     ignored = np.zeros(len(track.frames), np.bool_) if track.ignore is None else track.ignore
     for i in np.flatnonzero(np.isin(track.frames, list(frames))):
         frame, box = frames[int(track.frames[i])], track.boxes[i]
@@ -214,14 +214,14 @@ def _enter(frames: dict[int, _Frame], track: Track, sign: str, least: float, cho
             frame.ignored.append(box)
 
 
-def _clear(track: Track, least: float) -> NDArray[np.bool_]:
+def _is_clear(track: Track, least: float) -> NDArray[np.bool_]:
     """Whether each box of a track shows the sign well enough, shape (n,)."""
-    wide = (track.boxes[:, 2:] - track.boxes[:, :2]).min(axis=1) >= least
-    clear = wide & ~track.occluded
-    return np.asarray(clear if track.ignore is None else clear & ~track.ignore)
+    is_wide = (track.boxes[:, 2:] - track.boxes[:, :2]).min(axis=1) >= least
+    is_clear = is_wide & ~track.occluded
+    return np.asarray(is_clear if track.ignore is None else is_clear & ~track.ignore)
 
 
-def _wanted(video: DatasetVideo, sampling: Sampling, chosen: frozenset[tuple[str, str]]) -> NDArray[np.int64]:
+def _frames_to_decode(video: DatasetVideo, sampling: Sampling, chosen: frozenset[tuple[str, str]]) -> NDArray[np.int64]:
     """Frames to decode, ascending."""
     stop = video.stop or video.frames
     wanted: list[NDArray[np.generic]] = [
@@ -231,45 +231,45 @@ def _wanted(video: DatasetVideo, sampling: Sampling, chosen: frozenset[tuple[str
         kind = verdict(track)
         if kind == "unknown" or (video_name(video), track.uid) not in chosen:
             continue
-        usable = np.flatnonzero(_clear(track, sampling.least)) if kind == "sign" else np.arange(len(track.frames))
+        usable = np.flatnonzero(_is_clear(track, sampling.least)) if kind == "sign" else np.arange(len(track.frames))
         count = sampling.signs if kind == "sign" else sampling.rejected
         if len(usable):
-            wanted.append(track.frames[usable][_spread(track.boxes[usable], count)])
+            wanted.append(track.frames[usable][_spread_indices(track.boxes[usable], count)])
     frames = np.unique(np.concatenate(wanted).astype(np.int64))
     return np.asarray(frames[(frames >= 0) & (frames < video.frames)])
 
 
-def _spread(boxes: FloatArray, count: int) -> NDArray[np.int64]:
+def _spread_indices(boxes: FloatArray, count: int) -> NDArray[np.int64]:
     """Indices of at most ``count`` boxes, evenly spread over the sign's growth and over time."""
     size = np.log(np.maximum(1.0, np.prod(boxes[:, 2:] - boxes[:, :2], axis=1))) / 2
     path = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(size)) + 0.01)])
-    places = np.linspace(0.0, path[-1], min(count, len(boxes)))
-    return np.unique(np.searchsorted(path, places).clip(0, len(boxes) - 1))
+    positions = np.linspace(0.0, path[-1], min(count, len(boxes)))
+    return np.unique(np.searchsorted(path, positions).clip(0, len(boxes) - 1))
 
 
 def _decode(
-    video: DatasetVideo, path: VideoSource, folder: Path, wanted: NDArray[np.int64], progress: Progress
+    video: DatasetVideo, path: VideoSource, folder: Path, frames: NDArray[np.int64], progress: Progress
 ) -> dict[int, Path]:
     """Write the wanted frames as pictures; frame -> file."""
-    places = {int(k): folder / f"{int(k):07d}.png" for k in wanted}
+    files = {int(k): folder / f"{int(k):07d}.png" for k in frames}
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise StorageError(f"Cannot make the folder {folder} for training pictures: {error.strerror}.") from None
-    missing = [k for k, place in places.items() if not place.exists()]
+    missing = [k for k, file_path in files.items() if not file_path.exists()]
     if not missing:
-        return places
+        return files
     with open_video(path, limits=video.limits) as file:
         for done, k in enumerate(missing):
             progress(f"decoding {video.name}", done, len(missing))
             if k >= len(file.table) and file.table.complete:
                 raise InputError(f"{path} has {len(file.table)} frames, but a track names frame {k}. Is it the video?")
-            _write(places[k], file.read(k).picture)
-    return places
+            _write(files[k], file.read(k).picture)
+    return files
 
 
-def _write(place: Path, picture: Picture) -> None:
-    part = place.with_suffix(".part.png")
+def _write(path: Path, picture: Picture) -> None:
+    part = path.with_suffix(".part.png")
     if not cv2.imwrite(str(part), picture, [cv2.IMWRITE_PNG_COMPRESSION, 1]):
-        raise StorageError(f"Cannot write the training picture {place}. Is the disk full?")
-    part.replace(place)
+        raise StorageError(f"Cannot write the training picture {path}. Is the disk full?")
+    part.replace(path)

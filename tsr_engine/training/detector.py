@@ -24,10 +24,10 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.training.box_refinement import BoxRefinementPlan, train_box_refinement
 from tsr_engine.training.classifier import load_all
 from tsr_engine.training.crops import crop_windows
-from tsr_engine.training.lambdas import measure_lambdas
-from tsr_engine.training.mining import Changed, aligned_windows, background_windows, hard_windows, read_picture
-from tsr_engine.training.on_cores import on_cores
+from tsr_engine.training.mining import PictureChanges, aligned_windows, background_windows, hard_windows, read_picture
+from tsr_engine.training.parallel import map_on_cores
 from tsr_engine.training.patches import sign_windows
+from tsr_engine.training.power_law import measure_lambdas
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.refinement import RefinementPlan, train_refine_stage
 from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops, sign_crops, train_sign_verifier
@@ -177,7 +177,7 @@ def fit_cascade(
     """
     few = [scenes[i] for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 3)]]
     negatives = background_windows(few, window, pyramid, 3 * plan.random_per_scene, rng, tick)
-    cascade, changed = None, Changed(plan.relit, (1 - plan.relit) * plan.other_cameras)
+    cascade, changed = None, PictureChanges(plan.relit, (1 - plan.relit) * plan.other_cameras)
     for number, trees in enumerate(plan.rounds):
         tick(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others", 0, 1)
         boosting = BoostingPlan(trees, plan.depth, plan.feature_share, plan.shrinkage)
@@ -231,7 +231,7 @@ def sign_positives(
                 made.append((aligned, float(frequency[scene.class_ids].min() ** -0.5 * len(scene.boxes))))
         return made
 
-    for number, made in enumerate(on_cores(of_scene, list(enumerate(scenes)), rng)):
+    for number, made in enumerate(map_on_cores(of_scene, list(enumerate(scenes)), rng)):
         tick("signs", number, len(scenes))
         for cut, weight in made:
             windows.append(cut)

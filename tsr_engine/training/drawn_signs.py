@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.recognition.descriptor import MARGIN
 from tsr_engine.records import Picture
-from tsr_engine.training.classifier_jitter import LARGEST, LoadedCrop
+from tsr_engine.training.classifier_augmentation import LARGEST, LoadedCrop
 from tsr_engine.training.drawn_digits import stroked_digits
 
 __all__ = ["DRAWN_CLASSES", "EMPTY", "HIGH", "LIMITS", "PRINTED", "ROAD", "Lettering", "drawn_crop", "ground"]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.geometry.boxes import to_cxcywh
-from tsr_engine.training.classifier_jitter import LoadedCrop
+from tsr_engine.training.classifier_augmentation import LoadedCrop
 from tsr_engine.training.drawn_signs import LIMITS
 
 __all__ = ["INSET_CLASSES", "inset_crop"]

@@ -23,10 +23,10 @@ from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem, tracks_of
 from tsr_engine.io.models import Component
 from tsr_engine.params.detector import DetectorParams
-from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.classifier import SignClassifier
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.classifier_jitter import jittered_view, load_crop, plain_view
+from tsr_engine.training.classifier_augmentation import jittered_view, load_crop, plain_view
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import PATCH, jitter, window_features
 from tsr_engine.training.progress import Progress
@@ -36,15 +36,15 @@ __all__ = [
     "Samples",
     "build_memory",
     "cascade_scores",
+    "concatenate_samples",
     "crop_memory",
     "refined_at",
     "samples_at",
-    "stacked",
 ]
 
 COMPONENT: Final = "memory"
-SIGNS: Final = 360
-OTHERS: Final = 640
+MAX_SIGNS: Final = 360
+MAX_OTHERS: Final = 640
 PER_CLASS: Final = 12
 """Remembered crops per class."""
 
@@ -69,7 +69,7 @@ class Samples:
         return len(self.features)
 
     @classmethod
-    def remembered(cls, arrays: Mapping[str, NDArray[np.generic]], name: str) -> Samples:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[np.generic]], name: str) -> Samples:
         """Restore the samples ``signs`` or ``others`` from the component's arrays.
 
         Raises:
@@ -84,13 +84,13 @@ class Samples:
         )
 
     @classmethod
-    def none(cls, model: AcfModel) -> Samples:
+    def empty(cls, model: AcfModel) -> Samples:
         """Empty samples for a model."""
         edges = np.zeros((0, model.box_refinement.features.length), np.float32)
         return cls(np.zeros((0, FEATURES), np.uint8), np.zeros(0), np.zeros(0), edges)
 
     def to_arrays(self, name: str) -> dict[str, NDArray[np.generic]]:
-        """Arrays for :meth:`remembered`."""
+        """Arrays for :meth:`from_arrays`."""
         return {
             name: self.features,
             f"{name}_cascade": self.cascade.astype(np.float32),
@@ -98,7 +98,7 @@ class Samples:
             f"{name}_edges": self.edges.astype(np.float16),
         }
 
-    def pick(self, which: NDArray[np.generic]) -> Samples:
+    def select(self, which: NDArray[np.generic]) -> Samples:
         """Select some samples by index or mask."""
         return Samples(*(getattr(self, f.name)[which] for f in fields(self)))
 
@@ -108,7 +108,7 @@ class Samples:
         return model.calibration.of(verified, self.cascade, self.sign_verifier)
 
 
-def stacked(parts: Sequence[Samples]) -> Samples:
+def concatenate_samples(parts: Sequence[Samples]) -> Samples:
     """Concatenate samples."""
     return Samples(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Samples)))
 
@@ -132,7 +132,7 @@ def refined_at(
     moved = model.refine_stage.step(0, boxes, features_of(picture, boxes))
     features = features_of(picture, moved)
     refined = model.refine_stage.step(1, moved, features)
-    edges = model.box_refinement.read(picture, refined)
+    edges = model.box_refinement.features_of(picture, refined)
     return Samples(features, scores, model.sign_verifier.scores(picture, refined), edges), refined
 
 
@@ -187,11 +187,11 @@ def _windows(
         clear = np.flatnonzero(away_from_signs(boxes, scene.occupied))[:4]
         if len(clear):
             others.append(samples_at(model, picture, boxes[clear], scores[clear]))
-    every, wrong = stacked(signs), stacked(others)
+    every, wrong = concatenate_samples(signs), concatenate_samples(others)
     share = np.array(weights) / np.sum(weights)
     return (
-        every.pick(np.sort(rng.choice(len(every), min(SIGNS, len(every)), replace=False, p=share))),
-        wrong.pick(np.sort(rng.permutation(len(wrong))[:OTHERS])),
+        every.select(np.sort(rng.choice(len(every), min(MAX_SIGNS, len(every)), replace=False, p=share))),
+        wrong.select(np.sort(rng.permutation(len(wrong))[:MAX_OTHERS])),
     )
 
 

@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
-from tsr_engine.detection.merging import merge
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.scan import prepare, scan_level
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
+from tsr_engine.detection.window_merging import merge_windows
 from tsr_engine.errors import InputError
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import other_camera, relight, soften
-from tsr_engine.training.on_cores import on_cores
+from tsr_engine.training.parallel import map_on_cores
 from tsr_engine.training.progress import Progress
 
 MIN_WIDTH = 16.0
@@ -43,7 +43,7 @@ def read_picture(scene: Scene) -> Picture:
 
 
 @dataclass(frozen=True, slots=True)
-class Changed:
+class PictureChanges:
     """Probabilities of changing a scene's picture before background is searched in it.
 
     Attributes:
@@ -55,10 +55,10 @@ class Changed:
     other_camera: float = 0.0
 
 
-AS_TAKEN: Final = Changed(0.0)
+UNCHANGED: Final = PictureChanges(0.0)
 
 
-def searched_picture(scene: Scene, rng: np.random.Generator, changed: Changed) -> Picture:
+def searched_picture(scene: Scene, rng: np.random.Generator, changed: PictureChanges) -> Picture:
     """The scene's picture for the search of background, unchanged or changed by one of ``changed``.
 
     Near darkness, strong compression and sharpening make sign-like blocks of road and sky that are missing in daylight
@@ -99,7 +99,7 @@ def background_windows(
                 taken.append(window.gather(y[clear], x[clear], level))
         return taken
 
-    for number, taken in enumerate(on_cores(drawn, scenes, rng)):
+    for number, taken in enumerate(map_on_cores(drawn, scenes, rng)):
         tick("random background", number, len(scenes))
         out += taken
     return np.concatenate(out)
@@ -166,7 +166,7 @@ def hard_windows(
     plan: PyramidPlan,
     per_scene: int,
     rng: np.random.Generator,
-    changed: Changed,
+    changed: PictureChanges,
     tick: Progress,
 ) -> NDArray[np.uint8]:
     """The background windows with a cascade's highest scores after suppression; shape (n, features).
@@ -187,7 +187,7 @@ def hard_windows(
             taken.append(window.gather(picked[:, 1], picked[:, 2], level))
         return taken
 
-    for number, taken in enumerate(on_cores(hardest, scenes, rng)):
+    for number, taken in enumerate(map_on_cores(hardest, scenes, rng)):
         tick("hard background", number, len(scenes))
         out += taken
     return np.concatenate(out)
@@ -200,7 +200,7 @@ def background_candidates(
     plan: PyramidPlan,
     most: int,
     again: float,
-    changed: Changed,
+    changed: PictureChanges,
     rng: np.random.Generator,
     tick: Progress,
 ) -> Iterator[tuple[Scene, Picture, FloatArray]]:
@@ -220,17 +220,17 @@ def background_candidates(
     Yields:
         Scene, picture as searched, and candidates (n, 4); scenes without candidates are skipped.
     """
-    views = [(scene, AS_TAKEN) for scene in scenes]
+    views = [(scene, UNCHANGED) for scene in scenes]
     views += [(scenes[int(i)], changed) for i in np.flatnonzero(rng.random(len(scenes)) < again)]
 
-    def searched(view: tuple[Scene, Changed], own: np.random.Generator) -> tuple[Scene, Picture, FloatArray]:
+    def searched(view: tuple[Scene, PictureChanges], own: np.random.Generator) -> tuple[Scene, Picture, FloatArray]:
         scene, picture = view[0], searched_picture(view[0], own, view[1])
         boxes, scores, _, _ = scan_scene(picture, ensemble, window, plan)
         clear = away_from_signs(boxes, scene.occupied)
-        boxes, _ = merge(boxes[clear], scores[clear], 0.6, most)
+        boxes, _ = merge_windows(boxes[clear], scores[clear], 0.6, most)
         return scene, picture, boxes
 
-    for number, (scene, picture, boxes) in enumerate(on_cores(searched, views, rng)):
+    for number, (scene, picture, boxes) in enumerate(map_on_cores(searched, views, rng)):
         tick("candidates that are no signs", number, len(views))
         if len(boxes):
             yield scene, picture, boxes

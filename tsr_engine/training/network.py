@@ -24,24 +24,24 @@ from tsr_engine.errors import UsageError
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
-from tsr_engine.recognition.catalogue import TURNED
-from tsr_engine.recognition.network import FEATURES, LAYERS, LEAST_SPREAD, Layer, NetworkMap
-from tsr_engine.training.classifier_jitter import ROUND
+from tsr_engine.recognition.gtsrb_classes import CLASSES_AFTER_HALF_TURN
+from tsr_engine.recognition.network import FEATURES, LAYERS, MIN_SPREAD, Layer, NetworkMap
+from tsr_engine.training.classifier_augmentation import ROUND
+from tsr_engine.training.network_augmentation import views
 from tsr_engine.training.network_crops import Bank, network_keys
-from tsr_engine.training.network_views import views
 from tsr_engine.training.progress import Progress
 
 __all__ = ["NetworkPlan", "Stage", "fit_network", "usable"]
 
 _TEACHER: Final = (
     Layer(3, 48, 5, 2),
-    Layer(48, 48, 3, 1, added=True),
+    Layer(48, 48, 3, 1, is_residual=True),
     Layer(48, 96, 3, 2),
-    Layer(96, 96, 3, 1, added=True),
-    Layer(96, 96, 3, 1, added=True),
+    Layer(96, 96, 3, 1, is_residual=True),
+    Layer(96, 96, 3, 1, is_residual=True),
     Layer(96, 192, 3, 2),
-    Layer(192, 192, 3, 1, added=True),
-    Layer(192, 192, 3, 1, added=True),
+    Layer(192, 192, 3, 1, is_residual=True),
+    Layer(192, 192, 3, 1, is_residual=True),
     Layer(192, 256, 3, 2),
 )
 _TEACHER_FEATURES: Final = 512
@@ -133,10 +133,10 @@ class _Network(nn.Module):
     def features(self, x: Tensor) -> Tensor:
         """Map views (n, 3, 48, 48), grey levels, to features."""
         x = x - x.mean((1, 2, 3), keepdim=True)
-        x = x / x.square().mean((1, 2, 3), keepdim=True).sqrt().clamp(min=LEAST_SPREAD)
+        x = x / x.square().mean((1, 2, 3), keepdim=True).sqrt().clamp(min=MIN_SPREAD)
         for layer, convolution, norm in zip(self.layers, self.convolutions, self.norms, strict=True):
             found = norm(convolution(x))
-            x = torch.relu(found + x if layer.added else found)
+            x = torch.relu(found + x if layer.is_residual else found)
         return torch.relu(self.last_norm(self.last(x.permute(0, 2, 3, 1).flatten(1))))
 
     def forward(self, x: Tensor) -> Tensor:
@@ -273,7 +273,7 @@ class _Shown:
         mirrored, half_turned = np.full(count, -1), np.full(count, -1)
         for label, other in shipped_set(DEFAULT).mirror_images().items():
             mirrored[label] = other
-        for label, other in TURNED:
+        for label, other in CLASSES_AFTER_HALF_TURN:
             half_turned[label] = other
         often = np.where(mirrored >= 0, 0.5, 0.0)
         for key in _FACING:

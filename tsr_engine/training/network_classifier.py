@@ -15,15 +15,15 @@ from tsr_engine.io.models import Component
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
 from tsr_engine.recognition.network import NETWORK_GEOMETRY, NetworkMap
 from tsr_engine.training.classifier import load_all, require_all_classes
+from tsr_engine.training.classifier_augmentation import LoadedCrop, plain_view
 from tsr_engine.training.classifier_figures import held_out_figures
-from tsr_engine.training.classifier_jitter import LoadedCrop, plain_view
 from tsr_engine.training.progress import Progress
 
 __all__ = ["classifier_of", "component_of", "train_network"]
 
 _HELD_OUT: Final = 0.25
 """Share of each class's tracks for figures and temperature."""
-_LOOKED_AT: Final = 1000
+_MAX_SCALING_CROPS: Final = 1000
 """Number of crops by which the machines are shifted and scaled."""
 
 
@@ -83,7 +83,7 @@ def classifier_of(
         bias: shape (43,).
         crops: crops that the network was trained on.
     """
-    looked = crops[:: max(1, len(crops) // _LOOKED_AT)]
+    looked = crops[:: max(1, len(crops) // _MAX_SCALING_CROPS)]
     labels = np.array([crop.class_id for crop in looked])
     margins = features.of_patches(np.stack([plain_view(crop) for crop in looked])) @ weights + bias
     own = float(margins[np.arange(len(labels)), labels].mean())

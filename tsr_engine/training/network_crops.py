@@ -15,7 +15,7 @@ from tsr_engine.labels.files import shipped_set
 from tsr_engine.pictograms import draw, names
 from tsr_engine.records import Picture
 from tsr_engine.training.classifier import drawn_crops, inset_crops
-from tsr_engine.training.classifier_jitter import LARGEST, LoadedCrop
+from tsr_engine.training.classifier_augmentation import LARGEST, LoadedCrop
 from tsr_engine.training.drawn_scenes import OTHER_BOARDS, DrawnScenesPlan, paste, turned
 from tsr_engine.training.drawn_signs import HIGH, ground
 from tsr_engine.training.gtsdb_signs import LABEL_SET
@@ -52,7 +52,7 @@ class Bank:
         pixels: shape (n, SIDE, SIDE, 3), uint8, BGR.
         boxes: shape (n, 4), the signs, as shares of the crop's side.
         classes: shape (n,), indices in ``network_keys()``.
-        bends: shape (n,), see :func:`~.network_views.views`.
+        bends: shape (n,), see :func:`~.network_augmentation.views`.
         chances: shape (n,), probability of each crop; sums to 1.
     """
 

@@ -16,7 +16,7 @@ import numpy as np
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan
 from tsr_engine.detection.log_odds import UNFITTED
-from tsr_engine.detection.other_shapes import COMPONENT, NESTED
+from tsr_engine.detection.other_shapes import COMPONENT, MAX_NESTED_RATIO
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.models import Component
 from tsr_engine.labels.files import shipped_set
@@ -150,7 +150,9 @@ def train_other_shapes(
         tick = named(f"part {part + 1} of {FOLDS}", progress)
         learned = [scene for scene, own in zip(scenes, part_of, strict=True) if own != part]
         held = [scene for scene, own in zip(scenes, part_of, strict=True) if own == part]
-        parts.append(candidates_of(fit_other_shapes(learned, base, plan, seed, tick), held, tick, nested=NESTED))
+        parts.append(
+            candidates_of(fit_other_shapes(learned, base, plan, seed, tick), held, tick, nested=MAX_NESTED_RATIO)
+        )
     raw: list[FloatArray] = []
     for part, own in enumerate(parts):
         calibration = log_odds_of([one for other in range(FOLDS) if other != part for one in parts[other]])

@@ -16,7 +16,7 @@ from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.window import Window
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.augment import seen_otherwise
+from tsr_engine.training.augment import augment_picture
 
 PATCH: Final = 96
 """Side of a training patch, px."""
@@ -100,7 +100,7 @@ def sign_windows(
         distortion = drawn_distortion(rng, aspect, turn) if i and (aspect or turn) else None
         patch = cut_patch(picture, jitter(box, rng, shift, log_scale), window.sign, PATCH, distortion)
         if i:
-            patch = seen_otherwise(
+            patch = augment_picture(
                 patch, middle, rng,
                 relit=relit, softened=softened, other_cameras=other_cameras, shaded=shaded,
                 yellow=yellow, class_id=class_id,

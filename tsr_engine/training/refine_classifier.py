@@ -19,7 +19,7 @@ from tsr_engine.labels.classes import default_keys
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.records import FloatArray
-from tsr_engine.training.classifier_jitter import LoadedCrop, jittered_view, plain_view
+from tsr_engine.training.classifier_augmentation import LoadedCrop, jittered_view, plain_view
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.mining import read_picture
 from tsr_engine.training.progress import Progress

@@ -27,16 +27,16 @@ from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 from tsr_engine.training.corrections import CorrectedScene
-from tsr_engine.training.memory import Samples, stacked
+from tsr_engine.training.memory import Samples, concatenate_samples
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.refine_windows import Cutting, Material, cut_windows
 
 __all__ = ["DetectorRefinement", "RefinementNotes", "refine_detector"]
 
 
-_BACKGROUND: Final = (0.5, 0.97)
+_BACKGROUND_QUANTILES: Final = (0.5, 0.97)
 """Quantiles of the background whose log-odds a refinement keeps."""
-_LEAST_SLOPE: Final = 1e-3
+_MIN_SLOPE: Final = 1e-3
 """Least weight of the verifier in the calibration; below it there is nothing to refine."""
 
 
@@ -119,17 +119,17 @@ def refine_detector(
     names = sorted({sign for scene in scenes for sign in scene.signs})
     if len(names) < settings.least_signs or not names:
         raise ValueError(f"A detector is refined with {settings.least_signs} signs or more. Got {len(names)} instead.")
-    if model.calibration.verifier < _LEAST_SLOPE:
+    if model.calibration.verifier < _MIN_SLOPE:
         raise ValueError("This detector's calibration does not heed its verifier, so that it cannot be refined.")
     rng = np.random.default_rng([seed, 21])
     material = cut_windows(model, scenes, names, settings.cutting, rng, progress)
     progress("boxes", 0, 1)
-    box_refinement = _pulled(model.box_refinement, material, remembered, settings)
-    calibration = _calibrated(model, material, remembered, settings, seed, progress)
+    box_refinement = _refit_box_refinement(model.box_refinement, material, remembered, settings)
+    calibration = _recalibrate(model, material, remembered, settings, seed, progress)
     progress("more trees", 0, 1)
-    added = _trees(model, material, remembered, settings, seed, np.ones(len(material.others), bool))
-    stage = replace(model.refine_stage, verifier=_joined(model.refine_stage.verifier, added))
-    floor, cascade = _lowered(model.cascade, material.floors, settings.lowest_floor)
+    added = _boost_verifier(model, material, remembered, settings, seed, np.ones(len(material.others), bool))
+    stage = replace(model.refine_stage, verifier=_concatenate_trees(model.refine_stage.verifier, added))
+    floor, cascade = _lower_floor(model.cascade, material.floors, settings.lowest_floor)
     refined = replace(
         model, cascade=cascade, refine_stage=stage, box_refinement=box_refinement, calibration=calibration
     )
@@ -145,7 +145,7 @@ def refine_detector(
     return refined, notes
 
 
-def _trees(
+def _boost_verifier(
     model: AcfModel,
     material: Material,
     remembered: tuple[Samples, Samples] | None,
@@ -154,7 +154,7 @@ def _trees(
     others_used: NDArray[np.bool_],
 ) -> TreeEnsemble:
     """New trees of the verifier on its own scale: boosted in log-odds, divided by the calibration's slope."""
-    others = material.others.pick(others_used)
+    others = material.others.select(others_used)
     parts = [material.signs, others]
     targets = [np.ones(len(material.signs)), np.zeros(len(others))]
     weights = [settings.sign * material.sign_weights, settings.other * material.other_weights[others_used]]
@@ -162,7 +162,7 @@ def _trees(
         parts.append(part)
         targets.append(_probability(part.raw(model)))
         weights.append(np.full(len(part), settings.remembered))
-    samples = stacked(parts)
+    samples = concatenate_samples(parts)
     signs = int(material.sign_of.max()) + 1
     count = max(1, min(settings.trees, round(settings.trees_a_sign * signs)))
     plan = BoostingPlan(count, model.refine_stage.verifier.depth, settings.feature_share, settings.shrinkage, 1.0)
@@ -184,7 +184,7 @@ def _probability(raw: FloatArray) -> FloatArray:
     return np.asarray(1.0 / (1.0 + np.exp(np.clip(-raw, -60.0, 60.0))))
 
 
-def _joined(first: TreeEnsemble, second: TreeEnsemble) -> TreeEnsemble:
+def _concatenate_trees(first: TreeEnsemble, second: TreeEnsemble) -> TreeEnsemble:
     return TreeEnsemble(
         np.concatenate([first.features, second.features]),
         np.concatenate([first.thresholds, second.thresholds]),
@@ -194,7 +194,7 @@ def _joined(first: TreeEnsemble, second: TreeEnsemble) -> TreeEnsemble:
     )
 
 
-def _pulled(
+def _refit_box_refinement(
     box_refinement: BoxRefinement,
     material: Material,
     remembered: tuple[Samples, Samples] | None,
@@ -207,7 +207,7 @@ def _pulled(
     """
     scale = np.sqrt(material.sign_weights / material.sign_weights.mean())[:, None]
     rows = [_with_one(material.signs.edges) * scale]
-    answers = [(material.steps - box_refinement.answers(material.signs.edges)) * scale]
+    answers = [(material.steps - box_refinement.steps_of(material.signs.edges)) * scale]
     if remembered is not None:
         old = _with_one(remembered[0].edges)
         rows.append(old * np.sqrt(settings.box_memory))
@@ -223,7 +223,7 @@ def _with_one(features: NDArray[np.float32]) -> FloatArray:
     return np.column_stack([features.astype(np.float64), np.ones(len(features))])
 
 
-def _calibrated(
+def _recalibrate(
     model: AcfModel,
     material: Material,
     remembered: tuple[Samples, Samples] | None,
@@ -242,17 +242,19 @@ def _calibrated(
     before, after = [], []
     for half in (False, True):
         progress("calibration", int(half), 2)
-        kept, mine = half_of_new != half, [material.others.pick(half_of_new == half)]
+        is_trained_on, held_parts = half_of_new != half, [material.others.select(half_of_new == half)]
         memory = remembered
         if remembered is not None:
-            memory = remembered[0], remembered[1].pick(half_of_old != half)
-            mine.append(remembered[1].pick(half_of_old == half))
-        trees = _trees(model, material, memory, settings, seed, kept)
-        held = stacked(mine)
+            memory = remembered[0], remembered[1].select(half_of_old != half)
+            held_parts.append(remembered[1].select(half_of_old == half))
+        trees = _boost_verifier(model, material, memory, settings, seed, is_trained_on)
+        held = concatenate_samples(held_parts)
         raw = held.raw(model)
         before.append(raw)
         after.append(raw + model.calibration.verifier * trees.scores(held.features) / UNIT)
-    levels = [np.quantile(np.concatenate(part), _BACKGROUND) for part in (before, after) if sum(map(len, part))]
+    levels = [
+        np.quantile(np.concatenate(part), _BACKGROUND_QUANTILES) for part in (before, after) if sum(map(len, part))
+    ]
     if len(levels) < 2:
         return model.calibration
     (low, high), (new_low, new_high) = levels
@@ -268,13 +270,13 @@ def _halves(videos: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.b
     return np.asarray(rng.random(len(videos)) < 0.5)
 
 
-def _lowered(cascade: TreeEnsemble, missed: FloatArray, lowest: float) -> tuple[float, TreeEnsemble]:
+def _lower_floor(cascade: TreeEnsemble, missed: FloatArray, lowest: float) -> tuple[float, TreeEnsemble]:
     """Lower the cascade's last floor so that lost corrected signs pass; return the floor, in half log-odds, and it."""
     floor = cascade.rejection[-1] / UNIT
-    within = missed[(missed >= lowest) & (missed < floor)] if len(missed) else missed
-    if cascade.rejection[-1] <= NEVER or not len(within):
+    recoverable = missed[(missed >= lowest) & (missed < floor)] if len(missed) else missed
+    if cascade.rejection[-1] <= NEVER or not len(recoverable):
         return float(max(floor, -1e6)), cascade
-    wanted = max(lowest, float(within.min()) - 0.05)
+    new_floor = max(lowest, float(recoverable.min()) - 0.05)
     rejection = cascade.rejection.copy()
-    rejection[rejection == rejection[-1]] = round(wanted * UNIT)
-    return wanted, cascade.with_rejection(rejection)
+    rejection[rejection == rejection[-1]] = round(new_floor * UNIT)
+    return new_floor, cascade.with_rejection(rejection)

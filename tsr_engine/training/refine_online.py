@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.io.models import Component
 from tsr_engine.training.corrections import CorrectedScene
-from tsr_engine.training.online import train_online
+from tsr_engine.training.online_samples import train_online
 
 __all__ = ["refine_online"]
 

@@ -13,8 +13,8 @@ from tsr_engine.evaluation.detection import match
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.corrections import CorrectedScene
+from tsr_engine.training.detector_components import BANDWIDTH
 from tsr_engine.training.mining import read_picture
-from tsr_engine.training.offline import BANDWIDTH
 from tsr_engine.training.progress import Progress
 
 __all__ = ["SceneDetections", "blended_table", "detect_scenes", "refined_lambda"]

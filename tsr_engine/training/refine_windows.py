@@ -22,7 +22,7 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
 from tsr_engine.training.corrections import CorrectedScene
-from tsr_engine.training.memory import Samples, refined_at, samples_at, stacked
+from tsr_engine.training.memory import Samples, concatenate_samples, refined_at, samples_at
 from tsr_engine.training.mining import away_from_signs, read_picture
 from tsr_engine.training.patches import jitter
 from tsr_engine.training.progress import Progress
@@ -136,11 +136,11 @@ def cut_windows(
                 other_weights.append(np.full(len(wrong), REJECTED_WEIGHT))
                 video_of_other += [here] * len(wrong)
     return Material(
-        stacked(signs),
+        concatenate_samples(signs),
         np.array(weights),
         np.array(sign_of),
         np.concatenate(steps),
-        stacked(others) if others else Samples.none(model),
+        concatenate_samples(others) if others else Samples.empty(model),
         np.concatenate(other_weights) if other_weights else np.zeros(0),
         np.array(video_of_other, dtype=np.int64),
         np.array(floors),
@@ -169,4 +169,4 @@ def _samples_around(
         samples, refined = refined_at(model, view, starts)
         found.append(samples)
         steps.append(steps_between(refined, np.repeat(target[None], len(refined), 0)))
-    return stacked(found), np.concatenate(steps)
+    return concatenate_samples(found), np.concatenate(steps)

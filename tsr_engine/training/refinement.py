@@ -18,8 +18,8 @@ from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.augment import seen_otherwise
-from tsr_engine.training.mining import Changed, away_from_signs, background_candidates, read_picture
+from tsr_engine.training.augment import augment_picture
+from tsr_engine.training.mining import PictureChanges, away_from_signs, background_candidates, read_picture
 from tsr_engine.training.patches import jitter
 from tsr_engine.training.progress import Progress
 
@@ -144,7 +144,7 @@ def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generat
             for k in range(plan.views + 1):
                 view = region
                 if k:
-                    view = seen_otherwise(
+                    view = augment_picture(
                         view, truth, rng,
                         relit=0.6, softened=0.35, other_cameras=plan.other_cameras, shaded=plan.shaded,
                         yellow=plan.yellow, class_id=int(class_id),
@@ -176,7 +176,7 @@ def _background(
     tick: Progress,
 ) -> NDArray[np.uint8]:
     out = [np.zeros((0, FEATURES), np.uint8)]
-    changed = Changed(1.0 - plan.other_cameras, plan.other_cameras)
+    changed = PictureChanges(1.0 - plan.other_cameras, plan.other_cameras)
     for scene, picture, boxes in background_candidates(
         scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, tick
     ):

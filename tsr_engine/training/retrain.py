@@ -23,17 +23,18 @@ from tsr_engine.errors import InputError, ModelError, UsageError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest, save_component
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.classes import default_keys
-from tsr_engine.pipeline import one_blas_thread, reader_of
+from tsr_engine.pipeline import make_reader, one_blas_thread
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
+from tsr_engine.training.class_mapping import drop_unseen_labels, map_to_classes, new_label_keys
 from tsr_engine.training.corrections import CorrectedScene, Sampling, corrected_scenes, video_name
 from tsr_engine.training.exports import OpenedExport
-from tsr_engine.training.heldout import HoldoutSplit, classification_of, detection_of, part, regressions
-from tsr_engine.training.kept_network import network_note, with_network
+from tsr_engine.training.holdout import HoldoutSplit, evaluate_detection, evaluate_reading, hold_out, regressions
 from tsr_engine.training.memory import COMPONENT as MEMORY
 from tsr_engine.training.memory import Samples
 from tsr_engine.training.mining import read_picture
+from tsr_engine.training.network_choice import compare_with_network, network_note
 from tsr_engine.training.progress import Progress, named
-from tsr_engine.training.public import public_figures, remembered_figures
+from tsr_engine.training.public_figures import public_figures, remembered_figures
 from tsr_engine.training.refine_classifier import (
     ClassifierRefinement,
     SignCrop,
@@ -44,14 +45,13 @@ from tsr_engine.training.refine_classifier import (
 from tsr_engine.training.refine_detector import DetectorRefinement, refine_detector
 from tsr_engine.training.refine_online import refine_online
 from tsr_engine.training.refine_prior import blended_table, detect_scenes, refined_lambda
-from tsr_engine.training.teaching import further_keys, only_shown, taught
 
 __all__ = ["PARTS", "Recipe", "Report", "retrain"]
 
 PARTS: Final = ("detector", "prior", "lambda", "classifier", "online")
 Parts = dict[str, Component]
 
-_SCENE: Final = (1360, 800)
+_SCENE_SIZE: Final = (1360, 800)
 """Size of GTSDB's pictures, px, for the detector's held-out detections."""
 
 
@@ -139,57 +139,59 @@ def _retrain(
     gtsrb: Path | None,
 ) -> Report:
     scenes: list[CorrectedScene] = []
-    sides: dict[str, str] = {}
+    split_of_sign: dict[str, str] = {}
     old = _load(parent)
     keys = old["classifier"].params.get("labels") or default_keys()
-    further = further_keys(exports, keys) if "classifier" in recipe.parts else ()
-    exports = taught(exports, (*keys, *further))
+    further = new_label_keys(exports, keys) if "classifier" in recipe.parts else ()
+    exports = map_to_classes(exports, (*keys, *further))
     for number, export in enumerate(exports):
-        place = work / f"e{number:02d}"
-        scenes += corrected_scenes(export.dataset, place, recipe.sampling, progress, export.pictures, recipe.seed)
-        sides.update({f"{video}/{uid}": side for (video, uid), side in export.sides.items()})
-    _something(scenes, exports)
-    scenes, further = only_shown(scenes, len(keys), further)
-    base = {**old, "classifier": _with_labels(old["classifier"], further)}
-    holdout = part(scenes, recipe.seed, recipe.held_out, sides) if recipe.held_out > 0 else HoldoutSplit(scenes)
+        folder = work / f"e{number:02d}"
+        scenes += corrected_scenes(export.dataset, folder, recipe.sampling, progress, export.pictures, recipe.seed)
+        split_of_sign.update({f"{video}/{uid}": side for (video, uid), side in export.sides.items()})
+    _require_signs(scenes, exports)
+    scenes, further = drop_unseen_labels(scenes, len(keys), further)
+    base = {**old, "classifier": _extend_labels(old["classifier"], further)}
+    holdout = (
+        hold_out(scenes, recipe.seed, recipe.held_out, split_of_sign) if recipe.held_out > 0 else HoldoutSplit(scenes)
+    )
     figures: JsonObject = {}
-    complaints: list[str] = []
+    worse: list[str] = []
     if holdout.held:
-        trial, _ = _refined(base, holdout.training, recipe, named("trial", progress))
-        now = _measure(trial, holdout.held, named("new version", progress))
-        before = _measure(old, holdout.held, named("earlier version", progress))
+        trial, _ = _refine_parts(base, holdout.training, recipe, named("trial", progress))
+        new_figures = _measure(trial, holdout.held, named("new version", progress))
+        old_figures = _measure(old, holdout.held, named("earlier version", progress))
         figures["corrections"] = {
             "by": holdout.by,
             "signs": len(holdout.signs),
             "pictures": len(holdout.held),
-            "new": now,
-            "parent": before,
+            "new": new_figures,
+            "parent": old_figures,
         }
-        complaints += regressions(now, before, "Held-out corrections")
-    new, counts = _refined(base, scenes, recipe, progress)
-    for name, now, before in (
+        worse += regressions(new_figures, old_figures, "Held-out corrections")
+    new, counts = _refine_parts(base, scenes, recipe, progress)
+    for name, new_figures, old_figures in (
         ("remembered", remembered_figures(new), remembered_figures(old)),
         *public_figures(new, old, gtsdb, gtsrb, recipe.seed, progress),
     ):
-        if now:
-            figures[name] = {"new": now, "parent": before}
-            complaints += regressions(now, before, _WHERE[name])
-    figures["worse"] = complaints
+        if new_figures:
+            figures[name] = {"new": new_figures, "parent": old_figures}
+            worse += regressions(new_figures, old_figures, _FIGURE_TITLES[name])
+    figures["worse"] = worse
     lineage = _lineage(exports, recipe, parent, old, holdout, scenes, counts)
     if further:
         lineage |= {"labels": new["classifier"].params["labels"], "added_labels": list(further)}
     progress("writing", 0, 1)
     models = {
-        name: save_component(replace(component, figures=_own(name, component, figures)), out)
+        name: save_component(replace(component, figures=_component_figures(name, component, figures)), out)
         for name, component in new.items()
     }
     return Report(figures, lineage, models)
 
 
-_WHERE: Final = {"remembered": "Remembered training data", "gtsdb": "GTSDB scenes", "gtsrb": "GTSRB tracks"}
+_FIGURE_TITLES: Final = {"remembered": "Remembered training data", "gtsdb": "GTSDB scenes", "gtsrb": "GTSRB tracks"}
 
 
-def _something(scenes: Sequence[CorrectedScene], exports: Sequence[OpenedExport]) -> None:
+def _require_signs(scenes: Sequence[CorrectedScene], exports: Sequence[OpenedExport]) -> None:
     if any(scene.signs for scene in scenes):
         return
     notes = " ".join(note for export in exports for note in export.notes)
@@ -213,11 +215,11 @@ def _memory(parts: Parts) -> tuple[tuple[Samples, Samples] | None, Component | N
     memory = parts.get(MEMORY)
     if memory is None:
         return None, None
-    signs, others = (Samples.remembered(memory.arrays, name) for name in ("signs", "others"))
-    return (signs.pick(np.arange(len(signs)) % 3 > 0), others.pick(np.arange(len(others)) % 3 > 0)), memory
+    signs, others = (Samples.from_arrays(memory.arrays, name) for name in ("signs", "others"))
+    return (signs.select(np.arange(len(signs)) % 3 > 0), others.select(np.arange(len(others)) % 3 > 0)), memory
 
 
-def _refined(
+def _refine_parts(
     old: Parts, scenes: Sequence[CorrectedScene], recipe: Recipe, progress: Progress
 ) -> tuple[Parts, JsonObject]:
     """All parts, refined or unchanged, and counts for the lineage."""
@@ -232,7 +234,7 @@ def _refined(
         new["detector"] = Component("detector", {**arrays, **kept}, params, data, {}, recipe.seed)
         counts["detector"] = notes.as_dict()
     if {"prior", "lambda"} & set(recipe.parts) and "prior" in old:
-        new["prior"] = _prior(old, model, scenes, recipe, progress)
+        new["prior"] = _refine_prior(old, model, scenes, recipe, progress)
         counts["prior"] = {"lambda": new["prior"].params["lambda"], "lambda_before": old["prior"].params["lambda"]}
     if "classifier" in recipe.parts:
         if memory is None:
@@ -241,10 +243,10 @@ def _refined(
                 "other signs. Start from the shipped models, or leave the classifier out."
             )
         crops = sign_crops(scenes, progress)
-        new["classifier"] = _classifier(old["classifier"], crops, memory, recipe, progress)
+        new["classifier"] = _refine_classifier_part(old["classifier"], crops, memory, recipe, progress)
         counts["classifier"] = {"crops": len(crops), "signs": len({item.sign for item in crops})}
         if NETWORK_COMPONENT in new:
-            counts["network"] = with_network(new, crops)
+            counts["network"] = compare_with_network(new, crops)
             if not counts["network"]["kept"]:
                 del new[NETWORK_COMPONENT]
     if "online" in recipe.parts and "online" in old:
@@ -254,34 +256,34 @@ def _refined(
     return new, counts
 
 
-def _prior(
+def _refine_prior(
     old: Parts, model: AcfModel, scenes: Sequence[CorrectedScene], recipe: Recipe, progress: Progress
 ) -> Component:
     """Refine table and lambda; lambda uses detections of the detector that has not seen the frames."""
-    before = old["prior"]
-    table: NDArray[np.float32] = before.arrays["table"].astype(np.float32)
-    centres = int(before.data.get("centres", old["detector"].data.get("scenes", {}).get("signs", 852)))
+    parent = old["prior"]
+    table: NDArray[np.float32] = parent.arrays["table"].astype(np.float32)
+    centres = int(parent.data.get("centres", old["detector"].data.get("scenes", {}).get("signs", 852)))
     if "prior" in recipe.parts:
         sizes = [(picture.shape[1], picture.shape[0]) for picture in (read_picture(s.scene) for s in scenes)]
         table, centres = blended_table(table, centres, scenes, sizes)
-    weight = float(before.params["lambda"])
+    weight = float(parent.params["lambda"])
     if "lambda" in recipe.parts:
-        found = refined_lambda(table, dict(old["detector"].arrays), _SCENE, detect_scenes(model, scenes, progress))
+        found = refined_lambda(table, dict(old["detector"].arrays), _SCENE_SIZE, detect_scenes(model, scenes, progress))
         weight = weight if found is None else round(found, 6)
-    data = {**before.data, "centres": centres}
-    return Component("prior", {"table": table}, {**before.params, "lambda": weight}, data, {}, recipe.seed)
+    data = {**parent.data, "centres": centres}
+    return Component("prior", {"table": table}, {**parent.params, "lambda": weight}, data, {}, recipe.seed)
 
 
-def _with_labels(old: Component, further: Sequence[str]) -> Component:
+def _extend_labels(old: Component, further: Sequence[str]) -> Component:
     """The classifier with room for further labels; its file is another one then."""
     if not further:
         return old
-    grown = with_labels(SignClassifier.from_component(old), further)
-    arrays = {**old.arrays, "weights": grown.weights.astype(np.float16), "bias": grown.bias}
-    return Component("classifier", arrays, {**old.params, "labels": list(grown.labels)}, old.data, {}, old.seed)
+    extended = with_labels(SignClassifier.from_component(old), further)
+    arrays = {**old.arrays, "weights": extended.weights.astype(np.float16), "bias": extended.bias}
+    return Component("classifier", arrays, {**old.params, "labels": list(extended.labels)}, old.data, {}, old.seed)
 
 
-def _classifier(
+def _refine_classifier_part(
     old: Component, crops: Sequence[SignCrop], memory: Component, recipe: Recipe, progress: Progress
 ) -> Component:
     classifier, moment = SignClassifier.from_component(old), memory.arrays["moment"].astype(np.float64)
@@ -303,12 +305,12 @@ def _measure(parts: Parts, held: Sequence[CorrectedScene], progress: Progress) -
     prior = None
     if "prior" in parts:
         prior = SpatialPrior(parts["prior"].arrays["table"].astype(np.float32), float(parts["prior"].params["lambda"]))
-    found = detection_of(model, prior, held, progress)
-    read = classification_of(reader_of(parts), sign_crops(held, progress))
+    found = evaluate_detection(model, prior, held, progress)
+    read = evaluate_reading(make_reader(parts), sign_crops(held, progress))
     return found | read
 
 
-def _own(name: str, component: Component, figures: JsonMapping) -> JsonMapping:
+def _component_figures(name: str, component: Component, figures: JsonMapping) -> JsonMapping:
     """Figures for the component's own entry; an unchanged part keeps its own."""
     if component.figures or name == MEMORY:
         return component.figures

@@ -19,14 +19,14 @@ from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
-from tsr_engine.recognition.catalogue import CLASS_COUNT
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import other_camera, shade
 from tsr_engine.training.classifier import descend, drawn_crops, shown_views
-from tsr_engine.training.classifier_jitter import BACKGROUND, LoadedCrop, jittered_view, surrounded_crop
+from tsr_engine.training.classifier_augmentation import BACKGROUND, LoadedCrop, jittered_view, surrounded_crop
 from tsr_engine.training.classifier_network import Network, NetworkSettings
 from tsr_engine.training.drawn_signs import EMPTY, PRINTED, drawn_crop
-from tsr_engine.training.mining import Changed, background_candidates, read_picture
+from tsr_engine.training.mining import PictureChanges, background_candidates, read_picture
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.yellow_grounds import sometimes_yellow
 
@@ -51,7 +51,7 @@ class SignVerifierPlan:
         shaded: share of views with a shadow.
         yellow: share of views with a yellow ground, of signs with a ground.
         balance: exponent of class sizes in the draw of signs: 1: proportional, 0: all classes equally often.
-        strength: strength of the views, see :func:`~tsr_engine.training.classifier_jitter.jittered_view`.
+        strength: strength of the views, see :func:`~tsr_engine.training.classifier_augmentation.jittered_view`.
         network: size and regularisation.
     """
 
@@ -161,7 +161,7 @@ def background_crops(
         InputError: a picture cannot be decoded.
     """
     out: list[LoadedCrop] = []
-    changed = Changed(1.0 - plan.other_cameras, plan.other_cameras)
+    changed = PictureChanges(1.0 - plan.other_cameras, plan.other_cameras)
     for scene, picture, boxes in background_candidates(
         scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, progress
     ):

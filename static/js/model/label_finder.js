@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * Finds the label that a word names, and the labels that a search finds. `comparable` and `find` are twins of
- * tsr_engine/labels/wording.py and matching.py: tests/labels/words.json holds the answers that both give. Pure.
+ * tsr_engine/labels/name_matching.py and matching.py: tests/labels/words.json holds the answers that both give. Pure.
  *
  * @typedef {import('../types.js').Label} Label
  * @typedef {'key'|'name'|'alias'|'short'|'number'} How   the part of a label that matched

@@ -122,7 +122,7 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: ToyBundle, server: Ser
 
     from app.edits.documents import KeyFrame, Segment, TrackDoc
     from tsr_engine.io.video_writer import VideoWriter
-    from tsr_engine.runs.live import RunRequest, track_video
+    from tsr_engine.runs.track_video import RunRequest, track_video
 
     video = tmp_path / "keys.mp4"
     with VideoWriter(video, toy_pipeline.WIDTH, toy_pipeline.HEIGHT, Fraction(25), key_distance=8) as writer:

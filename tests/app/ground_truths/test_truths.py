@@ -11,7 +11,7 @@ from app.errors import Invalid, NotFound
 from app.ground_truths.service import GroundTruthService
 from app.storage.ground_truth_rows import COLUMNS, pack, parse, unpack
 from sample_videos import SHIPPED
-from tsr_engine.evaluation.tracking_rows import read_clip_truth
+from tsr_engine.evaluation.track_tables import read_clip_truth
 
 HEAD = ",".join(COLUMNS) + "\n"
 GOOD = "0,1,10,20,30,40,14,1,0\n"

@@ -18,7 +18,7 @@ from tsr_engine.batch.node_runner import run_on_node
 from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.errors import TsrError
 from tsr_engine.params import Params
-from tsr_engine.runs.live import RunRequest
+from tsr_engine.runs.track_video import RunRequest
 
 HOME = Path(sys.argv[1])
 

@@ -24,8 +24,8 @@ from app.jobs.worker import execute, work
 from app.storage.models import Event, Follow, Job, ModelVersion, Run
 from tests.app.toy_home import ToyHome, make_home
 from tests.app.toy_server import Server
-from tsr_engine import compiling
-from tsr_engine.compiling import COMPILING
+from tsr_engine import compilation
+from tsr_engine.compilation import COMPILING
 
 KINDS_WITH_NOTES = ("follow", "whatif", "track", "retrain")
 """Kinds of jobs that compile kernels while a person waits for them."""
@@ -116,7 +116,7 @@ class CompilingJob:
         kind = JobKind("track", "long", lambda: self.work, lambda *_: None, on_note=self.note)  # type: ignore[arg-type]
         self.task = api.claimed("track", JobKinds([kind], worker="no.such.module"))
         monkeypatch.setattr(compilation_notes, "CHECK_INTERVAL_S", 0.01)
-        monkeypatch.setattr(compiling, "NEXT", 0.3)
+        monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 0.3)
 
     def note(self, _session: Any, _events: Any, job: Job, note: str) -> None:
         if job.subject == self.task.job.subject:  # other tests leave jobs in the queue
@@ -152,7 +152,7 @@ def test_a_job_without_notes_does_not_watch_the_compiler(
     api: JobApi, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     watched = []
-    monkeypatch.setattr(compiling, "watching_compilation", lambda: watched.append(1))
+    monkeypatch.setattr(compilation, "watch_compilation", lambda: watched.append(1))
     kind = JobKind("track", "long", lambda: lambda _: None, lambda *_: None)  # type: ignore[arg-type, return-value]
     task = api.claimed("track", JobKinds([kind], worker="no.such.module"))
     execute(task)

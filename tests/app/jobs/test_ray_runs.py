@@ -24,10 +24,10 @@ from tsr_engine.batch import node_worker
 from tsr_engine.batch.cluster import ClusterUnreachable
 from tsr_engine.batch.node_runner import run_on_node
 from tsr_engine.batch.node_task import NodeTask
-from tsr_engine.compiling import COMPILING
+from tsr_engine.compilation import COMPILING
 from tsr_engine.extras import MissingExtra
 from tsr_engine.params import Params
-from tsr_engine.runs.live import RunReport, RunRequest
+from tsr_engine.runs.track_video import RunReport, RunRequest
 
 SCRIPT = Path(__file__).with_name("ray_runs.py")
 
@@ -137,8 +137,8 @@ def test_a_node_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("tsr_engine.batch.child_process.send_message", say)
     monkeypatch.setattr(node_worker, "PROGRESS_INTERVAL_S", 0.01)
-    monkeypatch.setattr("tsr_engine.compiling.NEXT", 0.3)
-    monkeypatch.setattr("tsr_engine.runs.live.track_video", compiled)
+    monkeypatch.setattr("tsr_engine.compilation.NEXT_KERNEL_S", 0.3)
+    monkeypatch.setattr("tsr_engine.runs.track_video.track_video", compiled)
     order = NodeTask(RunRequest(Path("drive.mp4"), Params()), None, {}, memory_mb=0)
     assert node_worker.run_task(order, []) == "the report"  # type: ignore[comparison-overlap]
     assert notes == [{"note": COMPILING}, {"note": ""}]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from app.scene3d.colours import Entry, heat, legend_html, linear, paint
-from tsr_engine.recognition.catalogue import CLASS_NAMES
+from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 
 NAMES = dict(enumerate(CLASS_NAMES))
 

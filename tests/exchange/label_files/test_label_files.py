@@ -13,7 +13,7 @@ from tsr_engine.errors import InputError, UsageError
 from tsr_engine.exchange.label_files.formats import LABEL_FORMATS, format_of, read_labels, write_labels
 from tsr_engine.exchange.label_files.label_collector import FileLabels
 from tsr_engine.labels.files import shipped_set
-from tsr_engine.labels.model import MOST_LABELS, Attribute, Label, LabelSet
+from tsr_engine.labels.model import MAX_LABELS, Attribute, Label, LabelSet
 
 SIDE = Attribute(name="side", kind="select", values=("left", "right, far"), default="left")
 DIRTY = Attribute(name="dirty", kind="checkbox", default=False)
@@ -213,11 +213,11 @@ def test_a_handwritten_label_studio_configuration_is_read(tmp_path: Path) -> Non
         ("<View/>", "a.xml", "has no labels"),
         ('{"schema": 2, "labels": []}', "a.json", "Update tsr"),
         ('{"schema": 1, "key": "a", "name": "b"' + "[" * 100_000, "a.json", "not JSON"),
-        ([{"name": f"label {n}"} for n in range(MOST_LABELS + 1)], "a", f"more than the {MOST_LABELS} labels"),
+        ([{"name": f"label {n}"} for n in range(MAX_LABELS + 1)], "a", f"more than the {MAX_LABELS} labels"),
         (
-            {"schema": 1, "key": "a", "name": "b", "labels": [{"id": n} for n in range(2 * MOST_LABELS)]},
+            {"schema": 1, "key": "a", "name": "b", "labels": [{"id": n} for n in range(2 * MAX_LABELS)]},
             "a.json",
-            f"has {2 * MOST_LABELS} labels",
+            f"has {2 * MAX_LABELS} labels",
         ),
     ],
 )

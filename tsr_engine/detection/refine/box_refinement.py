@@ -22,9 +22,9 @@ from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["BoxRefinement", "cut_box", "move_edges", "steps_between"]
 
-_SIGN: Final = SIDE / (1 + 2 * MARGIN)
+_BOX_SIDE_PX: Final = SIDE / (1 + 2 * MARGIN)
 """Side of the box in its patch, px. The border equals that of a classifier's crop, because GTSRB shows no more."""
-_FARTHEST: Final = 0.3
+_MAX_STEP: Final = 0.3
 """Largest step, in widths and heights."""
 
 
@@ -53,7 +53,7 @@ class BoxRefinement:
                 f"Got {self.weights.shape} and {self.bias.shape} instead."
             )
 
-    def read(self, picture: Picture, boxes: FloatArray) -> NDArray[np.float32]:
+    def features_of(self, picture: Picture, boxes: FloatArray) -> NDArray[np.float32]:
         """Features of boxes, shape (n, h).
 
         Args:
@@ -65,7 +65,7 @@ class BoxRefinement:
             patch[:] = cut_box(picture, box)
         return self.features(describe_patches(patches))
 
-    def answers(self, features: NDArray[np.float32]) -> FloatArray:
+    def steps_of(self, features: NDArray[np.float32]) -> FloatArray:
         """Steps (n, 4) for features (n, h); a row does not depend on the others."""
         return linear(features, self.weights, self.bias).astype(np.float64)
 
@@ -83,10 +83,10 @@ class BoxRefinement:
         height, width = picture.shape[:2]
         out = boxes.copy()
         for _ in range(passes):
-            whole = np.flatnonzero((out[:, :2] >= 0).all(axis=1) & (out[:, 2:] <= [width, height]).all(axis=1))
-            if not len(whole):
+            inside = np.flatnonzero((out[:, :2] >= 0).all(axis=1) & (out[:, 2:] <= [width, height]).all(axis=1))
+            if not len(inside):
                 break
-            out[whole] = move_edges(out[whole], self.answers(self.read(picture, out[whole])))
+            out[inside] = move_edges(out[inside], self.steps_of(self.features_of(picture, out[inside])))
         return out
 
     @classmethod
@@ -114,7 +114,7 @@ def cut_box(picture: Picture, box: FloatArray) -> Picture:
     """A box, shape (4,), with a border of a tenth, stretched to a patch of 48x48 px; BGR, uint8."""
     width, height = np.maximum(box[2:] - box[:2], 1e-3)
     stretch = np.sqrt(height / width)
-    return cut_patch(picture, box, _SIGN, SIDE, np.diag([stretch, 1 / stretch]))
+    return cut_patch(picture, box, _BOX_SIDE_PX, SIDE, np.diag([stretch, 1 / stretch]))
 
 
 def move_edges(boxes: FloatArray, steps: FloatArray) -> FloatArray:
@@ -125,7 +125,7 @@ def move_edges(boxes: FloatArray, steps: FloatArray) -> FloatArray:
         steps: shape (n, 4): displacement of the centre in widths and heights, natural logarithms of the factors on
             width and height. Clipped to [-0.3, 0.3].
     """
-    return box_steps.move(boxes, steps, box_steps.size_of(boxes), _FARTHEST)
+    return box_steps.move(boxes, steps, box_steps.size_of(boxes), _MAX_STEP)
 
 
 def steps_between(boxes: FloatArray, truth: FloatArray) -> FloatArray:

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.recognition.catalogue import CLASS_COUNT
 from tsr_engine.recognition.classifier import ARRAYS, SignClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.recognition.features import linear
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
 
 
@@ -50,8 +50,8 @@ class SignVerifier:
             features = self.machines.read(crops)
             out[inside] = self.machines.margins_of(features).max(axis=1)
             if self.common is not None:
-                every = linear(features, self.common[:-1, None], self.common[-1:])[:, 0]
-                out[inside] = (out[inside] + every) / 2
+                common = linear(features, self.common[:-1, None], self.common[-1:])[:, 0]
+                out[inside] = (out[inside] + common) / 2
         return out
 
     @classmethod

@@ -20,7 +20,7 @@ from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.geometry import box_steps
-from tsr_engine.products import product
+from tsr_engine.linear_algebra import product
 from tsr_engine.records import FloatArray, Picture
 
 SIGN: Final = 28.0
@@ -60,8 +60,8 @@ class RefineStage:
     def step(self, number: int, boxes: FloatArray, features: NDArray[np.uint8]) -> FloatArray:
         """Boxes (n, 4) after step 0 or 1, from their features (n, FEATURES)."""
         # Features are whole bytes and weights were stored in 16 bits, so sums in 64 bits have no rounding.
-        answer = product(features.astype(np.float64), self.weights[number].astype(np.float64)) / 255.0
-        return move(boxes, answer + self.biases[number])
+        steps = product(features.astype(np.float64), self.weights[number].astype(np.float64)) / 255.0
+        return move(boxes, steps + self.biases[number])
 
 
 def features_of(picture: Picture, boxes: FloatArray) -> NDArray[np.uint8]:

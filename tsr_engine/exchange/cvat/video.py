@@ -14,7 +14,6 @@ from typing import TextIO
 
 import numpy as np
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.attributes import frame_values, label_values, tool_values
 from tsr_engine.exchange.cvat.common import (
     SHAPES,
@@ -48,6 +47,7 @@ from tsr_engine.exchange.video_names import video_names
 from tsr_engine.exchange.xml import Node, attribute, elements, quote_attribute
 from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.plural import plural
 
 __all__ = ["FORMAT"]
 
@@ -182,7 +182,7 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
             elif task.includes(node, name):
                 _read_track(node, name, validator, task)
         if task.other_count:
-            validator.skip(f"{name}: {counted(task.other_count, 'track')}", "They are of other tasks.")
+            validator.skip(f"{name}: {plural(task.other_count, 'track')}", "They are of other tasks.")
     return validator.finish(files[0][1], interpolate=True)
 
 

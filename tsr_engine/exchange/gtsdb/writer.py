@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.gtsdb.reader import GROUND_TRUTH_FILE, PICTURE_LIST, read_gtsdb, sniff_gtsdb
@@ -18,6 +17,7 @@ from tsr_engine.exchange.picture_lists import (
 )
 from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import round_to_pixels
+from tsr_engine.plural import plural
 
 __all__ = ["FORMAT"]
 
@@ -60,9 +60,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         options,
         lambda part, frame, subset: (f"{subset}/" if options.split else "") + _name(part, frame, suffix),
     )
-    skipped = [Skipped(counted(ignored, "box", "boxes") + " to ignore", "gt.txt has no such mark.")] if ignored else []
+    skipped = [Skipped(plural(ignored, "box", "boxes") + " to ignore", "gt.txt has no such mark.")] if ignored else []
     reason = "Their label is not one of the 43 classes that gt.txt has numbers for."
-    skipped += [Skipped(counted(unknown, "box", "boxes"), reason)] if unknown else []
+    skipped += [Skipped(plural(unknown, "box", "boxes"), reason)] if unknown else []
     meaning = (
         "right and bottom are the last pixels of the sign" if corners == "inclusive" else "right, bottom are edges"
     )

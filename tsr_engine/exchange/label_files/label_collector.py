@@ -10,8 +10,8 @@ from pydantic import ValidationError
 from tsr_engine.exchange.reading import refuse
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.changes import key_of
-from tsr_engine.labels.model import MOST_LABELS, Attribute, Label, LabelSet
-from tsr_engine.labels.wording import comparable, first_problem
+from tsr_engine.labels.model import MAX_LABELS, Attribute, Label, LabelSet
+from tsr_engine.labels.name_matching import comparable, first_problem
 
 __all__ = ["FileLabels", "LabelCollector", "RefusedName"]
 
@@ -82,8 +82,8 @@ class LabelCollector:
         Raises:
             ImportFormatError: two labels have the same number, or there are too many.
         """
-        if len(self._labels) == MOST_LABELS:
-            raise refuse(self.file, where, f"is more than the {MOST_LABELS} labels that a set holds. Split the file.")
+        if len(self._labels) == MAX_LABELS:
+            raise refuse(self.file, where, f"is more than the {MAX_LABELS} labels that a set holds. Split the file.")
         name = name.strip()
         if number is not None and not 0 <= number <= _MAX_NUMBER:
             raise refuse(self.file, where, f"the number of a label must be 0 to {_MAX_NUMBER}. Got {number}.")

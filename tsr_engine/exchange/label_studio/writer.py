@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from tsr_engine.counted import counted
 from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.filters import without_ignored
@@ -22,6 +21,7 @@ from tsr_engine.exchange.video_matching import TASK_SWITCH
 from tsr_engine.exchange.video_names import safe_stem, video_names
 from tsr_engine.exchange.xml import quote_attribute
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.plural import plural
 from tsr_engine.version import __version__
 
 __all__ = ["FORMAT"]
@@ -71,11 +71,11 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     )
     out.put(CONFIG_FILE, config.encode())
     skipped = [
-        Skipped(counted(lost_scores, "score"), "Label Studio has one score per region, which is the mean of the track.")
+        Skipped(plural(lost_scores, "score"), "Label Studio has one score per region, which is the mean of the track.")
         if lost_scores
         else None,
-        Skipped(counted(occluded, "mark") + " of occlusion", "Label Studio has no such mark.") if occluded else None,
-        Skipped(counted(ignored, "box", "boxes") + " to ignore", "Label Studio has no such mark.") if ignored else None,
+        Skipped(plural(occluded, "mark") + " of occlusion", "Label Studio has no such mark.") if occluded else None,
+        Skipped(plural(ignored, "box", "boxes") + " to ignore", "Label Studio has no such mark.") if ignored else None,
         Skipped("Labels of single frames", "A region of Label Studio has one label.") if labels.changes else None,
     ]
     entries = {"origin": 1, "unit": "percent of the picture", "decimals": _DECIMALS, "key_frames": keys}

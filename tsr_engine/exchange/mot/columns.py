@@ -17,8 +17,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.formats import Switch
+from tsr_engine.plural import plural
 
 __all__ = ["COLUMNS_SWITCH", "MIN_VISIBILITY", "SCORES_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "find_columns"]
 
@@ -117,7 +117,7 @@ def _nine_columns(rows: Rows, option: str, *, is_ground_truth: bool, has_names: 
     hidden = sum(0 <= row[8] < MIN_VISIBILITY for row in rows)
     report = ""
     if option == "auto" and (not plain or (hidden and not sure) or (hidden == len(rows) and not is_own_export)):
-        below = counted(hidden, "box", "boxes")
+        below = plural(hidden, "box", "boxes")
         report = f"Column 9 was taken as the visibility, {below} below {MIN_VISIBILITY} came in as hidden"
         report += "; with columns=boxmot it is a score"
     first = 0 if not has_names and any(row[7] == 0 for row in rows) else 1

@@ -7,7 +7,6 @@ import re
 from contextlib import suppress
 from pathlib import Path
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.attributes import parse_attributes
 from tsr_engine.exchange.dataset import REJECTED, UNSTATED_LABEL, Dataset
 from tsr_engine.exchange.formats import ImportTarget
@@ -33,6 +32,7 @@ from tsr_engine.exchange.tracks_json.entries import FRAME_KEY, Entry, entries, f
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.io.plain_numbers import real_number, whole_number
 from tsr_engine.json_shapes import JsonMapping, JsonObject
+from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 
 __all__ = ["read_tracks_json", "sniff_tracks_json"]
@@ -159,7 +159,7 @@ class _File:
         frames = video.get("frames") if isinstance(video, dict) else None
         if isinstance(frames, int) and frames != self._validator.target.video.frames:
             target = self._validator.target.video
-            report = f"is about a video of {counted(frames, 'frame')}, {target.name} has {target.frames}"
+            report = f"is about a video of {plural(frames, 'frame')}, {target.name} has {target.frames}"
             self._validator.repair(f"{self._name}: {report}.")
         classes = head.get("classes")
         if classes is not None:

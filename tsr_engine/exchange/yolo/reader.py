@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.box_rules import NO_BOX
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
@@ -31,6 +30,7 @@ from tsr_engine.exchange.truncated_files import report_truncated
 from tsr_engine.exchange.yolo.class_names import read_class_names
 from tsr_engine.exchange.yolo.row_shapes import YoloLine, YoloRow, rows_to_boxes
 from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.plural import plural
 
 __all__ = ["SIDECAR", "SIDECAR_COLUMNS", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]
 
@@ -220,7 +220,7 @@ def _add_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: Un
         first = sixth[0]
         meaning = "confidences" if kind == "confidence" else "track ids"
         validator.repair(
-            f"{first.file}, line {first.line}: YOLO has 5 columns; the sixth of {counted(len(sixth), 'row')} was "
+            f"{first.file}, line {first.line}: YOLO has 5 columns; the sixth of {plural(len(sixth), 'row')} was "
             f"taken as {meaning}: {reason} (column6)."
         )
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from itertools import repeat
 from math import inf
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.reading import refuse
+from tsr_engine.plural import plural
 
 __all__ = ["YoloLine", "YoloRow", "rows_to_boxes"]
 
@@ -86,7 +86,7 @@ def _are_triangles(lines: Sequence[YoloLine], validator: ImportValidator) -> boo
     triangles, reason = _meaning_of_six(six, any(len(line.values) > _AMBIGUOUS_COUNT for line in lines))
     meaning = "triangles" if triangles else "boxes with confidence and track id"
     validator.repair(
-        f"{six[0].file}, line {six[0].line}: {counted(len(six), 'row has', 'rows have')} six numbers "
+        f"{six[0].file}, line {six[0].line}: {plural(len(six), 'row has', 'rows have')} six numbers "
         f"behind the class, taken as {meaning}: {reason}."
     )
     return triangles

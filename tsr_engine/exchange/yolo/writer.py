@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from tsr_engine.counted import counted
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.labels import ClassMap, class_map
@@ -18,6 +17,7 @@ from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
 from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN, TRACK_COLUMNS, SidecarCells, csv_line
 from tsr_engine.exchange.yolo.class_names import quoted_name
 from tsr_engine.exchange.yolo.reader import SIDECAR, SIDECAR_COLUMNS, YAML_FILES, is_label_file, label_files, read_yolo
+from tsr_engine.plural import plural
 
 __all__ = ["FORMAT"]
 
@@ -59,7 +59,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     if left_out:
         skipped.append(
             Skipped(
-                counted(left_out, "box", "boxes") + " to ignore",
+                plural(left_out, "box", "boxes") + " to ignore",
                 "YOLO has no such mark; these places count as background.",
             ),
         )
