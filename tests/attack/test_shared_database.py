@@ -38,7 +38,7 @@ class TwoServers:
 
 
 @pytest.fixture(scope="module")
-def servers(tmp_path_factory: pytest.TempPathFactory, cluster: str) -> Iterator[TwoServers]:
+def two(tmp_path_factory: pytest.TempPathFactory, cluster: str) -> Iterator[TwoServers]:
     """A drive that the first server has tracked; both servers run."""
     folder = tmp_path_factory.mktemp("two")
     drive = toy_pipeline.write_drive(folder / "drive.mp4", 12)
@@ -59,8 +59,7 @@ def edit(op: str) -> dict[str, Any]:
     return {"op_id": op, "author": "ada", "command": box}
 
 
-def test_files_of_the_other_server_are_answered_with_503_and_its_name(servers: TwoServers) -> None:
-    two = servers
+def test_files_of_the_other_server_are_answered_with_503_and_its_name(two: TwoServers) -> None:
     run, video, client = f"/api/runs/{two.run}", f"/api/videos/{two.video}", two.second.client
     request = {
         "tracks": client.get(f"{run}/tracks"),
@@ -96,8 +95,7 @@ def test_files_of_the_other_server_are_answered_with_503_and_its_name(servers: T
     assert client.get(f"{video}/table").status_code == 200
 
 
-def test_jobs_run_on_the_server_that_has_the_files(servers: TwoServers) -> None:
-    two = servers
+def test_jobs_run_on_the_server_that_has_the_files(two: TwoServers) -> None:
     run = two.second.client.post(f"/api/videos/{two.video}/runs", json={"stop": 1}).json()["id"]
     run_jobs(two.second.context)
     assert two.second.client.get(f"/api/runs/{run}").json()["state"] == "queued"
@@ -116,8 +114,7 @@ def test_jobs_run_on_the_server_that_has_the_files(servers: TwoServers) -> None:
     assert (away.status_code, away.json()["error"]["code"]) == (503, "elsewhere")
 
 
-def test_a_video_of_a_lost_server_can_be_added_again(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
-    two = servers
+def test_a_video_of_a_lost_server_can_be_added_again(two: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
     other = toy_pipeline.write_drive(two.path.with_name("other.mp4"), 6)
     video = two.first.client.post("/api/videos", json={"path": str(other)}).json()["id"]
     run_jobs(two.first.context)
@@ -129,12 +126,12 @@ def test_a_video_of_a_lost_server_can_be_added_again(servers: TwoServers, monkey
     assert two.first.client.get(f"/api/videos/{video}/frames/0").status_code == 503
 
 
-def test_a_server_with_a_recent_heartbeat_is_not_lost(servers: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_server_with_a_recent_heartbeat_is_not_lost(two: TwoServers, monkeypatch: pytest.MonkeyPatch) -> None:
     now = 0.0
     # not of the module `time` itself: the event loops of other servers in this process would sleep for hours
     monkeypatch.setattr(servers, "time", SimpleNamespace(monotonic=lambda: now))
-    one, other = (Servers(s.context.database, s.settings.home) for s in (servers.first, servers.second))
-    here = servers.first.context.database.server
+    one, other = (Servers(s.context.database, s.settings.home) for s in (two.first, two.second))
+    here = two.first.context.database.server
     assert other.is_dead(here), "never seen"
     for _ in range(3):
         one.beat()
@@ -146,8 +143,7 @@ def test_a_server_with_a_recent_heartbeat_is_not_lost(servers: TwoServers, monke
     assert other.is_dead(here)
 
 
-def test_rows_of_an_older_version_belong_to_the_server_with_the_files(servers: TwoServers) -> None:
-    two = servers
+def test_rows_of_an_older_version_belong_to_the_server_with_the_files(two: TwoServers) -> None:
     database = two.second.context.database
     with database.write() as session:
         session.execute(update(Run).where(Run.id == two.run).values(place=None))
