@@ -14,26 +14,33 @@ Cause = Literal["crashed", "starved", "killed"]
 """``crashed``: by itself on its file; ``starved``: out of memory; ``killed``: with its server, or from outside."""
 LEFT: Final = 128 + signal.SIGTERM
 """Exit code of a worker that was asked to leave and did not finish in time."""
+_CRASHED: Final = 70
+"""Exit code of a worker whose run has crashed elsewhere; never that of Ray, 1."""
+_CLUSTER_LOST: Final = 1
+"""Exit code with which Ray ends a process whose cluster has not answered for a minute."""
 _FROM_OUTSIDE: Final = {0, LEFT, -signal.SIGTERM, -signal.SIGINT, -signal.SIGHUP, -signal.SIGKILL}
 CGROUPS = Path("/sys/fs/cgroup")
 PROC = Path("/proc")
 
 
-def cause_of(code: int, starving: bool) -> Cause:
+def cause_of(code: int, starving: bool, on_cluster: bool = False) -> Cause:
     """Determine the cause from an exit code.
 
     Args:
         code: from ``subprocess``; below 0: a signal.
         starving: whether the kernel has killed processes for lack of memory meanwhile.
+        on_cluster: whether the process only waits for a run on a Ray cluster.
     """
     if code == -signal.SIGKILL and starving:
         return "starved"
+    if on_cluster and code == _CLUSTER_LOST:
+        return "killed"
     return "killed" if code in _FROM_OUTSIDE else "crashed"
 
 
 def end_as(cause: Literal["crashed", "killed"]) -> NoReturn:
     """End this worker with a cause, because the process that did its work elsewhere died of it."""
-    os._exit(LEFT if cause == "killed" else 1)
+    os._exit(LEFT if cause == "killed" else _CRASHED)
 
 
 def memory_kills() -> int:

@@ -222,13 +222,14 @@ class Supervisor:
         kills, before = memory_kills(), self._memory_kills
         self._memory_kills = kills
         for lane, workers in self._lanes.items():
+            on_cluster = lane == "long" and self._settings.executor != "local"
             living = []
             for worker in workers:
                 code = worker.poll()
                 if code is None:
                     living.append(worker)
                 else:
-                    self._causes[worker.pid] = cause_of(code, kills > before)
+                    self._causes[worker.pid] = cause_of(code, kills > before, on_cluster)
             self._lanes[lane] = living
         while len(self._causes) > _REMEMBERED:
             del self._causes[next(iter(self._causes))]

@@ -21,12 +21,16 @@ from tsr_engine.batch.run_order import RunOrder
 from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.runs.report import Progress, RunReport
 
-__all__ = ["NodeLost", "run_on_node"]
+__all__ = ["CROWDED", "SOON", "NodeLost", "run_on_node"]
 
 _LOOK: Final = 0.25
 """Seconds between two polls of a run."""
 _SILENT: Final = 60.0
 """Seconds without an answer after which a node counts as dead."""
+SOON: Final = 5.0
+"""Seconds that a node with free CPUs may take to begin without a note."""
+CROWDED: Final = "waiting for a node of the Ray cluster"
+"""What a progress line says meanwhile."""
 _GRACE: Final = 4.0
 """Seconds that a stopped run has for its last frame."""
 
@@ -104,7 +108,8 @@ def run_on_node(
         address: ``HOST:PORT`` of a cluster's client server; None: the cluster of this machine.
         progress: called regularly.
         stop: called regularly; True ends the run, which can be resumed.
-        note: called with what the node does besides its progress, in a few words; empty: nothing to say.
+        note: called with what the run waits for, or what the node does besides its progress, in a few words; empty:
+            nothing to say.
 
     Returns:
         The report; None: it was stopped.
@@ -122,10 +127,15 @@ def run_on_node(
         with _node_errors(ray):
             runner = ray.remote(_Runner).options(num_cpus=order.request.cores).remote()
             begun = runner.start.remote(pickle.dumps(order))
+            noted, late = False, time.monotonic() + SOON
             while not ray.wait([begun], timeout=_LOOK)[0]:  # no node has a free CPU
                 if stop():
                     return None
+                if not noted and time.monotonic() > late:
+                    noted = True
+                    note(CROWDED)
             ray.get(begun)
+            note("")
             return _followed(ray, runner, progress, stop, note)
     finally:
         if runner is not None:
