@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
+from typing import Any, Final
 
 from tsr_engine.batch.cluster import connected
 from tsr_engine.batch.order import Order, Outcome
@@ -17,6 +18,8 @@ from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["At", "on_ray", "on_this_machine"]
 
+_SOON: Final = 5.0
+"""Seconds to wait for the notes."""
 At = Callable[[int, int, int | None], None]
 """Called with the index of an order, the frames done and the total."""
 Outcomes = Iterator[tuple[int, Outcome]]
@@ -103,7 +106,29 @@ class _Local:
             process.kill()
 
 
-def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[[], bool]) -> Outcomes:
+class _Notes:
+    """An actor that collects the notes of a batch."""
+
+    def __init__(self) -> None:
+        self._notes: list[str] = []
+
+    def put(self, note: str) -> None:
+        """Add a note."""
+        self._notes.append(note)
+
+    def take(self) -> list[str]:
+        """Notes since the last call."""
+        taken, self._notes = self._notes, []
+        return taken
+
+
+def on_ray(
+    orders: Sequence[Order],
+    address: str | None,
+    at: At,
+    stop: Callable[[], bool],
+    note: Callable[[str], None] = lambda _: None,
+) -> Outcomes:
     """Run orders on a Ray cluster, each on as many CPUs as it has cores.
 
     Videos, models and the folder of results must be on a file system that all nodes see under the same names. If a
@@ -115,6 +140,7 @@ def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[
             machine alone.
         at: progress; called when a drive ends.
         stop: as for :func:`on_this_machine`.
+        note: called with what a process on a node does before it tracks.
 
     Raises:
         UsageError: Ray is not installed, or the cluster cannot be reached.
@@ -122,14 +148,18 @@ def on_ray(orders: Sequence[Order], address: str | None, at: At, stop: Callable[
     ray = connected(address, alone=True)
 
     @ray.remote(max_retries=TRIES)  # type: ignore[untyped-decorator]
-    def do(content: JsonObject) -> JsonObject:
-        outcome = _tried(lambda: run_order(Order(**content)))
+    def do(content: JsonObject, notes: Any) -> JsonObject:  # Any: a handle that Ray makes for an actor
+        outcome = _tried(lambda: run_order(Order(**content), note=notes.put.remote))
         return {"result": outcome.result, "error": outcome.error, "died": outcome.died}
 
-    places = {do.options(num_cpus=order.cores).remote(order.as_json()): k for k, order in enumerate(orders)}
+    notes = ray.remote(num_cpus=0)(_Notes).remote()
+    places = {do.options(num_cpus=order.cores).remote(order.as_json(), notes): k for k, order in enumerate(orders)}
     try:
         while places and not stop():
             done, _ = ray.wait(list(places), num_returns=1, timeout=0.5)
+            with suppress(ray.exceptions.RayError):  # the node with the notes has died
+                for text in ray.get(notes.take.remote(), timeout=_SOON):
+                    note(text)
             for reference in done:
                 place = places.pop(reference)
                 try:
