@@ -22,7 +22,7 @@ from app.storage.database import Database
 from app.storage.models import Job, Run, Video
 from app.storage.of_run import require_run
 from app.storage.of_video import require_video
-from app.storage.places import Servers, lies_here, require_here
+from app.storage.places import Servers, other_server, require_here
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
 
@@ -110,6 +110,7 @@ class RunService:
             NotFound: no such video.
             Conflict: the video is not imported yet, or its import failed.
             Invalid: a parameter or the range of frames is wrong.
+            Elsewhere: the video lies in shared files that this server does not use.
         """
         changed = asked_parameters(parameters or {})
         params_of(preset, changed)
@@ -136,8 +137,9 @@ class RunService:
                 engine_version=__version__,
             )
             run.folder = f"runs/{run.id}"
-            if not lies_here(session, video.place):
-                run.place = video.place  # the engine runs on the server that has the video
+            other = other_server(session, video.place, video.name)
+            if other is not None:
+                run.place, run.note = video.place, f"the server {other} has the video"
             session.add(run)
             session.flush()
             self._jobs.submit(session, "track", run.id, place=run.place)

@@ -26,7 +26,7 @@ from app.storage.id_lock import IdLock
 from app.storage.models import ModelVersion, Output, Run, Server, Video
 from tsr_engine.ticking import ticking
 
-__all__ = ["Servers", "adopt_files", "here_of", "is_here", "lies_here", "require_here", "shared_by"]
+__all__ = ["Servers", "adopt_files", "here_of", "is_here", "lies_here", "other_server", "require_here", "shared_by"]
 
 _log = logging.getLogger("tsr.server")
 SHARED: Final = 0
@@ -68,8 +68,27 @@ def require_here(session: Session, place: str | None, what: str) -> None:
     Raises:
         Elsewhere: the files lie elsewhere; the message names the server.
     """
+    name = other_server(session, place, what)
+    if name is not None:
+        raise Elsewhere(
+            f"The files of {what or 'this'} lie on another server ({name}). Use that server.",
+            details={"server": place, "name": name},
+        )
+
+
+def other_server(session: Session, place: str | None, what: str) -> str | None:
+    """Return the name of the other server that has the files; None: they lie here.
+
+    Args:
+        session: reads.
+        place: place of the row.
+        what: begins the sentence.
+
+    Raises:
+        Elsewhere: the files lie in shared files that this server does not use.
+    """
     if lies_here(session, place):
-        return
+        return None
     server = session.get(Server, place)
     name = "unknown here" if server is None else server.name
     if server is not None and server.beats == SHARED:
@@ -77,10 +96,7 @@ def require_here(session: Session, place: str | None, what: str) -> None:
             f"The files of {what or 'this'} are in shared files ({name}). Set TSR_FILES to them for this server.",
             details={"server": place, "name": name},
         )
-    raise Elsewhere(
-        f"The files of {what or 'this'} lie on another server ({name}). Use that server.",
-        details={"server": place, "name": name},
-    )
+    return name
 
 
 def adopt_files(database: Database, home: Path) -> None:
