@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -73,6 +74,15 @@ def test_a_page_receives_later_commits(at: Live) -> None:
         kind, number, data = page.next()
         assert (kind, data["kind"], data["subject"], data["data"]) == ("change", "test", "subject", {"number": 3})
         assert number == data["seq"] > seq
+
+
+def test_three_heartbeats_come_before_a_page_counts_its_connection_as_lost(at: Live) -> None:
+    """It does so after 12 s (``static/js/api/events.js``)."""
+    with closing(Following(at)) as page:
+        page.next()
+        began = time.monotonic()
+        assert next(line for line in page.lines if line.startswith(":")) == ": still here"
+        assert time.monotonic() - began < 12 / 2
 
 
 def test_reconnecting_loses_and_repeats_no_event(at: Live) -> None:
