@@ -30,6 +30,24 @@ def take(desk: Desk, given: str, signs: list[int]) -> Any:
     return desk.server.client.post(f"/api/runs/{desk.run_id}/take-over", json={"truth": given, "signs": signs})
 
 
+@pytest.mark.parametrize("label", [14, "stop", "Stop"])
+def test_all_signs_of_a_label_by_its_id_key_or_name(desk: Desk, label: int | str) -> None:
+    given = truth(
+        desk, [*far(1, 14, range(3, 9)), *[r.replace(",1,1,13,13,", ",1,40,13,52,") for r in far(2, 17, range(5))]]
+    )
+    body = {"truth": given, "label": label}
+    answer = desk.server.client.post(f"/api/runs/{desk.run_id}/take-over", json=body).json()
+    assert (answer["made"], answer["changed"]) == (1, 0)
+    undo(desk, answer["op_id"])
+
+
+def test_an_unknown_label_is_refused_with_the_way_to_the_list(desk: Desk) -> None:
+    body = {"truth": truth(desk, far(1, 14, range(4))), "label": "no such sign"}
+    answer = desk.server.client.post(f"/api/runs/{desk.run_id}/take-over", json=body)
+    assert answer.status_code == 422
+    assert "has no label 'no such sign'. 'tsr labels list'" in answer.json()["error"]["message"]
+
+
 def undo(desk: Desk, op_id: str) -> None:
     body = {"op_id": f"undo{op_id}"[:32], "author": "ada", "command": {"name": "undo", "op_id": op_id}}
     desk.post(f"/api/runs/{desk.run_id}/edits", body)
