@@ -270,7 +270,7 @@ export function importDialog({ app, data, close, signal }) {
       found.repaired.length > 0 &&
         h(
           'section.stack',
-          h('h3', `Repaired (${count(found.repaired.length)})`),
+          h('h3', `Changed (${count(found.repaired.length)})`),
           h('ul.skipped-list.small', ...found.repaired.map((text) => h('li', text))),
         ),
       found.skipped.length > 0 &&
