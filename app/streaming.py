@@ -18,7 +18,7 @@ from app.storage.models import Event
 __all__ = ["EventStream"]
 
 _TURN = 0.12
-_BEAT = 10.0
+_BEAT = 4.0
 _MOST_WAITING = 2000
 _LOOK = 16
 """Turns between checks of the disk."""

@@ -12,7 +12,7 @@ from app.api.edits import Author
 from app.api.responses import failures
 from app.api.routing import api_router
 from app.api.runs import RunId
-from app.body_model import Model
+from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.edits.documents import ClassId
 from app.exchange.take_over import TakenOver
@@ -64,8 +64,8 @@ class TakeOver(Model):
 
     truth: Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
     signs: Annotated[list[Annotated[int, Field(ge=0, le=2**31 - 1)]], Field(max_length=5000)] = Field([])
-    label: ClassId | None = None
-    """-1: signs of none of the labels."""
+    label: ClassId | Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)] | None = None
+    """Id, key or name; -1: signs of none of the labels."""
     author: Author | None = None
 
     @model_validator(mode="after")

@@ -122,7 +122,7 @@ def import_file(
     same = f"; {plural(result.same, 'track')} {'was' if result.same == 1 else 'were'} unchanged" if result.same else ""
     brought = f"{plural(result.tracks, 'track')} with {plural(result.boxes, 'box', 'boxes')}"
     console.print(f"{brought} became {_NOUN[kind]} {result.id}{same}.", soft_wrap=True)
-    print_lines([f"Repaired: {sentence}" for sentence in result.repaired])
+    print_lines([f"Changed: {sentence}" for sentence in result.repaired])
     print_lines([f"Skipped: {item.what}. {item.reason}" for item in result.skipped])
 
 

@@ -19,6 +19,8 @@ from app.storage.ground_truth_rows import Rows
 from app.storage.models import Edit
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.geometry.boxes import clip
+from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.model import LabelSet
 
 __all__ = ["TakeOverService", "TakenOver"]
 
@@ -55,7 +57,7 @@ class TakeOverService:
         self._ground_truths = ground_truths
 
     def take(
-        self, run_id: str, truth_id: str, author: str, signs: Sequence[int] = (), label: int | None = None
+        self, run_id: str, truth_id: str, author: str, signs: Sequence[int] = (), label: int | str | None = None
     ) -> TakenOver:
         """Make a run show some signs of a ground truth; boxes to ignore are left out.
 
@@ -64,16 +66,17 @@ class TakeOverService:
             truth_id: a ground truth of its video.
             author: author of the correction.
             signs: their numbers in the ground truth.
-            label: also all signs with this label; -1: those without a label.
+            label: also all signs with this label, given by its id, key or name; -1: those without a label.
 
         Raises:
             NotFound: no such run or ground truth.
-            Invalid: the ground truth belongs to another video, or has no such sign.
+            Invalid: the ground truth belongs to another video or has no such sign, or the set has no such label.
             Conflict: the run is not complete, or all boxes of the signs are to be ignored.
         """
         video_id, name, rows = self._ground_truths.rows(truth_id)
         with self._database.read() as session:
             source = run_source(session, self._settings, run_id)
+        label_id = _id_of(label, source.classes.labels) if isinstance(label, str) else label
         if source.video.sha256 != video_id:
             raise Invalid("The ground truth belongs to another video than the run.", field="truth")
         rows = rows[(rows[:, 0] >= source.first) & (rows[:, 0] < source.stop)]
@@ -86,9 +89,11 @@ class TakeOverService:
                 field="signs",
             )
         rows[:, 2:6] = clip(rows[:, 2:6], source.video.width, source.video.height)
-        sign_numbers = dict.fromkeys([*signs, *(() if label is None else np.unique(rows[:, 1]).astype(int).tolist())])
+        sign_numbers = dict.fromkeys(
+            [*signs, *(() if label_id is None else np.unique(rows[:, 1]).astype(int).tolist())]
+        )
         tracks_by_sign = {sign: track for sign in sign_numbers if (track := _track(rows, sign)) is not None}
-        tracks = [track for sign, track in tracks_by_sign.items() if sign in requested or track.label == label]
+        tracks = [track for sign, track in tracks_by_sign.items() if sign in requested or track.label == label_id]
         if not tracks:
             raise Conflict(
                 "There is nothing to take over: all boxes of these signs are marked to be ignored or lie outside the "
@@ -107,6 +112,22 @@ class TakeOverService:
             repaired=result.repaired,
             skipped=[f"{item.what}: {item.reason}" for item in result.skipped],
         )
+
+
+def _id_of(word: str, labels: LabelSet) -> int:
+    """Id of a label by its key or name.
+
+    Raises:
+        Invalid: the set has no such label.
+    """
+    match = LabelFinder(labels).find(word)
+    if match is None:
+        raise Invalid(
+            f"'{labels.name}' has no label {word!r}. 'tsr labels list' and GET /api/label-sets/{labels.key} list its "
+            "labels.",
+            field="label",
+        )
+    return match.label.id
 
 
 def _track(rows: Rows, sign: int) -> Track | None:

@@ -14,26 +14,33 @@ ExitCause = Literal["crashed", "starved", "killed"]
 """``crashed``: by itself on its file; ``starved``: out of memory; ``killed``: with its server, or from outside."""
 TERMINATED: Final = 128 + signal.SIGTERM
 """Exit code of a worker that was asked to leave and did not finish in time."""
+_CRASHED: Final = 70
+"""Exit code of a worker whose run has crashed elsewhere; never that of Ray, 1."""
+_CLUSTER_LOST: Final = 1
+"""Exit code with which Ray ends a process whose cluster has not answered for a minute."""
 _EXTERNAL_EXITS: Final = {0, TERMINATED, -signal.SIGTERM, -signal.SIGINT, -signal.SIGHUP, -signal.SIGKILL}
 CGROUPS = Path("/sys/fs/cgroup")
 PROC = Path("/proc")
 
 
-def exit_cause(code: int, out_of_memory: bool) -> ExitCause:
+def exit_cause(code: int, out_of_memory: bool, on_cluster: bool = False) -> ExitCause:
     """Determine the cause from an exit code.
 
     Args:
         code: from ``subprocess``; below 0: a signal.
         out_of_memory: whether the kernel has killed processes for lack of memory meanwhile.
+        on_cluster: whether the process only waits for a run on a Ray cluster.
     """
     if code == -signal.SIGKILL and out_of_memory:
         return "starved"
+    if on_cluster and code == _CLUSTER_LOST:
+        return "killed"
     return "killed" if code in _EXTERNAL_EXITS else "crashed"
 
 
 def exit_with_cause(cause: Literal["crashed", "killed"]) -> NoReturn:
     """End this worker with a cause, because the process that did its work elsewhere died of it."""
-    os._exit(TERMINATED if cause == "killed" else 1)
+    os._exit(TERMINATED if cause == "killed" else _CRASHED)
 
 
 def count_oom_kills() -> int:

@@ -227,13 +227,14 @@ class Supervisor:
         kills, kills_before = count_oom_kills(), self._memory_kills
         self._memory_kills = kills
         for lane, workers in self._lanes.items():
+            on_cluster = lane == "long" and self._settings.executor != "local"
             still_running = []
             for worker in workers:
                 code = worker.poll()
                 if code is None:
                     still_running.append(worker)
                 else:
-                    self._causes[worker.pid] = exit_cause(code, kills > kills_before)
+                    self._causes[worker.pid] = exit_cause(code, kills > kills_before, on_cluster)
             self._lanes[lane] = still_running
         while len(self._causes) > _MAX_CAUSES:
             del self._causes[next(iter(self._causes))]

@@ -60,7 +60,7 @@ def bring_labels(
     refused = [RefusedLabel(name=each.name, reason=each.reason) for each in found.refused]
     if made is not None:
         views = [label_view(made, label) for label in made]
-        sentence = f"Made the set '{made.name}' with {plural(len(made), 'label')}."
+        sentence = f"Made the set '{made.name}' (key {made.key}) with {plural(len(made), 'label')}."
         return Brought(
             version=1, sentence=sentence, created=True, added=views, known=[], refused=refused, reported=_once(reported)
         )

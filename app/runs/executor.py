@@ -23,10 +23,12 @@ from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.pipeline import Components
 from tsr_engine.runs.track_video import Progress, RunReport, RunRequest, track_video
 
-__all__ = ["run_engine"]
+__all__ = ["RETRY_DELAY_S", "UNREACHABLE", "run_engine"]
 
-_RETRY_DELAY_S: Final = 2.0
+RETRY_DELAY_S: Final = 2.0
 """Seconds between attempts to reach the cluster."""
+UNREACHABLE: Final = "waiting for the Ray cluster, which does not answer"
+"""What a progress line says meanwhile."""
 _log = logging.getLogger("tsr.worker")
 
 
@@ -79,7 +81,7 @@ def _on_ray(
     )
     address = settings.executor.partition("://")[2] or None
     on_sigterm = signal.getsignal(signal.SIGTERM)
-    warned = False
+    waiting = False
 
     def stop() -> bool:
         signal.signal(signal.SIGTERM, on_sigterm)  # Ray's handler would end this process at once
@@ -89,12 +91,13 @@ def _on_ray(
         try:
             return run_on_node(order, address, progress, stop, task.note)
         except ClusterUnreachable as error:
-            if not warned:
+            if not waiting:
                 _log.warning("%s The run waits for it.", error)
-            warned = True
+                task.note(UNREACHABLE)
+            waiting = True
             if stop():
                 return None
-            time.sleep(_RETRY_DELAY_S)
+            time.sleep(RETRY_DELAY_S)
         except NodeLost as lost:
             _log.warning("Job %s: %s", task.job.id, lost)
             crashed = lost.code is not None and exit_cause(lost.code, out_of_memory=False) == "crashed"

@@ -21,7 +21,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.lookup import require_run, require_video
 from app.storage.models import Job, Run, Video
-from app.storage.servers import Servers, has_local_files, require_local
+from app.storage.servers import Servers, other_server, require_local
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
 
@@ -109,6 +109,7 @@ class RunService:
             NotFound: no such video.
             Conflict: the video is not imported yet, or its import failed.
             Invalid: a parameter or the range of frames is wrong.
+            Elsewhere: the video lies in shared files that this server does not use.
         """
         changed = present_parameters(parameters or {})
         params_of(preset, changed)
@@ -135,8 +136,9 @@ class RunService:
                 engine_version=__version__,
             )
             run.folder = f"runs/{run.id}"
-            if not has_local_files(session, video.place):
-                run.place = video.place  # the engine runs on the server that has the video
+            other = other_server(session, video.place, video.name)
+            if other is not None:
+                run.place, run.note = video.place, f"the server {other} has the video"
             session.add(run)
             session.flush()
             self._jobs.submit(session, "track", run.id, place=run.place)

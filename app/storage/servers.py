@@ -31,6 +31,7 @@ __all__ = [
     "assign_local_files",
     "has_local_files",
     "is_local",
+    "other_server",
     "require_local",
     "shared_files_id",
     "this_server",
@@ -76,8 +77,27 @@ def require_local(session: Session, place: str | None, subject: str) -> None:
     Raises:
         Elsewhere: the files lie elsewhere; the message names the server.
     """
+    name = other_server(session, place, subject)
+    if name is not None:
+        raise Elsewhere(
+            f"The files of {subject or 'this'} lie on another server ({name}). Use that server.",
+            details={"server": place, "name": name},
+        )
+
+
+def other_server(session: Session, place: str | None, subject: str) -> str | None:
+    """Return the name of the other server that has the files; None: they lie here.
+
+    Args:
+        session: reads.
+        place: place of the row.
+        subject: begins the sentence, for example the name of a run.
+
+    Raises:
+        Elsewhere: the files lie in shared files that this server does not use.
+    """
     if has_local_files(session, place):
-        return
+        return None
     server = session.get(Server, place)
     name = "unknown here" if server is None else server.name
     if server is not None and server.beats == SHARED:
@@ -85,10 +105,7 @@ def require_local(session: Session, place: str | None, subject: str) -> None:
             f"The files of {subject or 'this'} are in shared files ({name}). Set TSR_FILES to them for this server.",
             details={"server": place, "name": name},
         )
-    raise Elsewhere(
-        f"The files of {subject or 'this'} lie on another server ({name}). Use that server.",
-        details={"server": place, "name": name},
-    )
+    return name
 
 
 def assign_local_files(database: Database, home: Path) -> None:

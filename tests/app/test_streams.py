@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -75,6 +76,15 @@ def test_a_page_receives_later_commits(live_server: ThreadedServer) -> None:
         assert number == data["seq"] > seq
 
 
+def test_three_heartbeats_come_before_a_page_counts_its_connection_as_lost(live_server: ThreadedServer) -> None:
+    """It does so after 12 s (``static/js/api/events.js``)."""
+    with closing(Following(live_server)) as page:
+        page.next()
+        began = time.monotonic()
+        assert next(line for line in page.lines if line.startswith(":")) == ": still here"
+        assert time.monotonic() - began < 12 / 2
+
+
 def test_reconnecting_loses_and_repeats_no_event(live_server: ThreadedServer) -> None:
     """Writers continue while the page drops its connection again and again at varying times."""
     total, writers = 300, 3
@@ -138,7 +148,7 @@ def test_an_invalid_event_id_is_refused(live_server: ThreadedServer, last: str) 
 
 def test_open_streams_do_not_delay_shutdown(tmp_path: Path) -> None:
     with serve_in_thread(Server(tmp_path / "home")) as at:
-        pages = [Following(at) for _ in range(20)]
+        pages = [Following(live_server) for _ in range(20)]
         for page in pages:
             page.next()
         assert at.stop() < time_limit(3)

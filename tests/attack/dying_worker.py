@@ -1,4 +1,4 @@
-"""A worker for ``tests/attack``: its jobs wait for a file, or kill their process with a signal."""
+"""A worker for ``tests/attack``: its jobs wait for a file, or end their process."""
 
 from __future__ import annotations
 
@@ -29,10 +29,16 @@ def die(task: TaskContext) -> None:
     time.sleep(60)
 
 
+def leave(task: TaskContext) -> None:
+    """End this process with the exit code in the payload."""
+    os._exit(task.job.payload["code"])
+
+
 KINDS = JobKinds(
     (
         JobKind("wait", "short", lambda: wait, lambda *_: None, by_frame=True),
         JobKind("die", "short", lambda: die, lambda *_: None, by_frame=True),
+        JobKind("leave", "long", lambda: leave, lambda *_: None, by_frame=True),
     ),
     worker="dying_worker",
 )

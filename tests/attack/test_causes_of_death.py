@@ -32,8 +32,8 @@ pytestmark = pytest.mark.slow
 class Home:
     """A data folder with a queue, and a supervisor that starts workers of ``dying_worker``."""
 
-    def __init__(self, home: Path) -> None:
-        self.settings = Settings(home=home, roots=(home,), sample=False, workers=1)
+    def __init__(self, home: Path, executor: str = "local") -> None:
+        self.settings = Settings(home=home, roots=(home,), sample=False, workers=1, executor=executor)
         self.database = Database(self.settings.database)
         self.database.migrate()
         self.jobs = JobQueue(EventBus(), KINDS)
@@ -53,10 +53,16 @@ class Home:
 
 
 @pytest.fixture
-def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Home]:
+def executor() -> str:
+    """Where runs are computed."""
+    return "local"
+
+
+@pytest.fixture
+def home(tmp_path: Path, executor: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Home]:
     folders = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(folders))
-    made = Home(tmp_path)
+    made = Home(tmp_path, executor)
     yield made
     made.supervisor.stop()
     made.database.close()
@@ -79,6 +85,15 @@ def test_a_job_that_crashes_on_its_file_fails_with_the_position(home: Home) -> N
     ended = home.ended(home.submit("die", signal="SIGSEGV", at=17))
     assert ended.state == "failed"
     assert ended.error == f"The engine died {MAX_CRASHES} times at frame 17. The file may be damaged there."
+
+
+@pytest.mark.parametrize("executor", ["ray"])
+def test_the_loss_of_a_cluster_does_not_blame_the_file(home: Home) -> None:
+    """Ray ends a process with exit code 1 if its cluster has not answered for a minute."""
+    home.supervisor.start()
+    job = home.submit("leave", code=1)
+    wait_until(lambda: home.job(job).payload.get("ends", {}).get("killed", 0) > MAX_CRASHES)
+    assert (home.job(job).crashes, home.job(job).error) == (0, None)
 
 
 def test_running_out_of_memory_is_reported(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:

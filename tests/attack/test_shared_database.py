@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import socket
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -98,7 +99,9 @@ def test_files_of_the_other_server_are_answered_with_503_and_its_name(two: TwoSe
 def test_jobs_run_on_the_server_that_has_the_files(two: TwoServers) -> None:
     run = two.second.client.post(f"/api/videos/{two.video}/runs", json={"stop": 1}).json()["id"]
     run_jobs(two.second.context)
-    assert two.second.client.get(f"/api/runs/{run}").json()["state"] == "queued"
+    waiting = two.second.client.get(f"/api/runs/{run}").json()
+    first = f"{socket.gethostname()}:{two.first.settings.home}"
+    assert (waiting["state"], waiting["note"]) == ("queued", f"the server {first} has the video")
     with two.second.context.database.write() as session:
         job = session.query(Job).filter(Job.subject == run).one()
         assert two.second.context.jobs.claim(session, job.id) is None, "not even by its name"

@@ -180,6 +180,12 @@ def test_wrong_options_are_refused(
     assert reported in capfd.readouterr().err
 
 
+def test_a_failed_drive_is_named_once(drives: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    drive = str(drives / "text.mp4")
+    assert run(["batch", drive, "--out", str(tmp_path / "out")]) == 3
+    assert capfd.readouterr().err.count(drive) == 1
+
+
 def test_ctrl_c_keeps_finished_drives(drives: Path, tmp_path: Path) -> None:
     for number in range(3):
         shutil.copy(SHIPPED[0].video, tmp_path / f"long{number}.mp4")

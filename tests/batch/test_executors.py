@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -83,6 +84,60 @@ def test_the_cause_of_death_is_reported() -> None:
     outcome = run_task(ORDERS[0], started=lambda process: process.kill())
     assert outcome.died
     assert outcome.error == "Its process was killed, perhaps because the machine ran out of memory."
+
+
+class Reference(tuple[Any, ...]):
+    """One that can be a key, whatever it refers to."""
+
+    __slots__ = ()
+    __hash__ = object.__hash__
+
+
+class Inline:
+    """Ray that does everything at once, in this process."""
+
+    exceptions = SimpleNamespace(RayError=OSError)
+
+    def remote(self, **_: object) -> Callable[[Any], Any]:
+        return self._called
+
+    def _called(self, function: Any) -> Any:
+        """A handle whose ``remote`` calls the function, or makes the actor of the class."""
+
+        def remote(*arguments: Any) -> Any:
+            made = function(*arguments)
+            if isinstance(function, type):
+                return SimpleNamespace(put=self._called(made.put), take=self._called(made.take))
+            return Reference((made,))
+
+        handle = SimpleNamespace(remote=remote)
+        handle.options = lambda **_: handle
+        return handle
+
+    def wait(self, references: list[Any], **_: object) -> tuple[list[Any], list[Any]]:
+        return references[:1], references[1:]
+
+    def get(self, reference: Any, timeout: float = 0.0) -> Any:
+        return reference[0]
+
+    def cancel(self, _reference: Any, force: bool) -> None:
+        pass
+
+    def shutdown(self) -> None:
+        pass
+
+
+def test_notes_of_nodes_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(order: DriveTask, note: Callable[[str], None]) -> Outcome:
+        note(f"compiling for {order.video}")
+        return Outcome(None, "no such file")
+
+    monkeypatch.setattr(executors, "connect", lambda address, alone: Inline())
+    monkeypatch.setattr(executors, "run_task", run)
+    heard: list[str] = []
+    ended = list(executors.run_on_ray(ORDERS[:2], None, nothing, never, heard.append))
+    assert [place for place, _ in ended] == [0, 1]
+    assert heard == ["compiling for /0.mp4", "compiling for /1.mp4"]
 
 
 def test_without_ray_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

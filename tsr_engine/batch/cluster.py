@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+import os
+import socket
+from typing import Any, Final
 
 from tsr_engine.errors import UsageError
 from tsr_engine.extras import explained
 
 __all__ = ["ClusterUnreachable", "connect"]
+
+
+_PATIENCE: Final = 5.0
+"""Seconds that the port of a cluster may take to answer."""
+_TRIES: Final = "1"
+"""Tries of Ray to reach the head of a cluster, 40 s each; its own 20 would block a run for a quarter of an hour."""
 
 
 class ClusterUnreachable(UsageError):
@@ -23,12 +31,15 @@ def connect(address: str | None, *, alone: bool) -> Any:  # Any: mypy does not f
 
     Raises:
         MissingExtra: Ray is not installed.
-        Unreachable: the cluster cannot be reached.
+        ClusterUnreachable: the cluster cannot be reached.
     """
+    if not alone:
+        os.environ.setdefault("RAY_NUM_REDIS_GET_RETRIES", _TRIES)  # read when Ray is imported
     with explained():
         import ray
     quiet = {"log_to_driver": False, "logging_level": "ERROR"}
     try:
+        _require_answer(address or os.environ.get("RAY_ADDRESS", ""))
         if address is not None:
             ray.init(address=f"ray://{address}", logging_level="ERROR")
         else:
@@ -38,8 +49,19 @@ def connect(address: str | None, *, alone: bool) -> Any:  # Any: mypy does not f
                 if not alone:
                     raise
                 ray.init(**quiet, include_dashboard=False)
-    except (ConnectionError, ValueError, RuntimeError, TimeoutError) as error:
+    except (OSError, ValueError, RuntimeError) as error:
         where = "of this machine" if address is None else address
         first = (str(error).splitlines() or [type(error).__name__])[0]
         raise ClusterUnreachable(f"The Ray cluster {where} cannot be reached: {first.rstrip('.')}.") from None
     return ray
+
+
+def _require_answer(address: str) -> None:
+    """Check that something listens at ``HOST:PORT``, because Ray tries for long; other addresses are not checked.
+
+    Raises:
+        OSError: nothing does.
+    """
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    if host and port.isdecimal():
+        socket.create_connection((host.strip("[]"), int(port)), _PATIENCE).close()

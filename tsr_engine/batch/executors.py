@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
+from typing import Any, Final
 
 from tsr_engine.batch.cluster import connect
 from tsr_engine.batch.process import MAX_ATTEMPTS, run_task
@@ -17,6 +18,8 @@ from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["TaskProgress", "run_locally", "run_on_ray"]
 
+_NOTE_WAIT_S: Final = 5.0
+"""Seconds to wait for the notes."""
 TaskProgress = Callable[[int, int, int | None], None]
 """Called with the index of an order, the frames done and the total."""
 Outcomes = Iterator[tuple[int, Outcome]]
@@ -107,8 +110,28 @@ class _LocalPool:
             process.kill()
 
 
+class _Notes:
+    """An actor that collects the notes of a batch."""
+
+    def __init__(self) -> None:
+        self._notes: list[str] = []
+
+    def put(self, note: str) -> None:
+        """Add a note."""
+        self._notes.append(note)
+
+    def take(self) -> list[str]:
+        """Notes since the last call."""
+        taken, self._notes = self._notes, []
+        return taken
+
+
 def run_on_ray(
-    orders: Sequence[DriveTask], address: str | None, at: TaskProgress, stop: Callable[[], bool]
+    orders: Sequence[DriveTask],
+    address: str | None,
+    at: TaskProgress,
+    stop: Callable[[], bool],
+    note: Callable[[str], None] = lambda _: None,
 ) -> Outcomes:
     """Run orders on a Ray cluster, each on as many CPUs as it has cores.
 
@@ -121,6 +144,7 @@ def run_on_ray(
             machine alone.
         at: progress; called when a drive ends.
         stop: as for :func:`run_locally`.
+        note: called with what a process on a node does before it tracks.
 
     Raises:
         UsageError: Ray is not installed, or the cluster cannot be reached.
@@ -128,14 +152,18 @@ def run_on_ray(
     ray = connect(address, alone=True)
 
     @ray.remote(max_retries=MAX_ATTEMPTS)  # type: ignore[untyped-decorator]
-    def do(content: JsonObject) -> JsonObject:
-        outcome = _run_with_retries(lambda: run_task(DriveTask(**content)))
+    def do(content: JsonObject, notes: Any) -> JsonObject:  # Any: a handle that Ray makes for an actor
+        outcome = _run_with_retries(lambda: run_task(DriveTask(**content), note=notes.put.remote))
         return {"result": outcome.result, "error": outcome.error, "died": outcome.died}
 
-    places = {do.options(num_cpus=order.cores).remote(order.as_json()): k for k, order in enumerate(orders)}
+    notes = ray.remote(num_cpus=0)(_Notes).remote()
+    places = {do.options(num_cpus=order.cores).remote(order.as_json(), notes): k for k, order in enumerate(orders)}
     try:
         while places and not stop():
             done, _ = ray.wait(list(places), num_returns=1, timeout=0.5)
+            with suppress(ray.exceptions.RayError):  # the node with the notes has died
+                for text in ray.get(notes.take.remote(), timeout=_NOTE_WAIT_S):
+                    note(text)
             for reference in done:
                 place = places.pop(reference)
                 try:

@@ -21,12 +21,16 @@ from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.runs.report import Progress, RunReport
 
-__all__ = ["NodeLost", "run_on_node"]
+__all__ = ["NOTE_AFTER_S", "WAITING_FOR_NODE", "NodeLost", "run_on_node"]
 
 _POLL_INTERVAL_S: Final = 0.25
 """Seconds between two polls of a run."""
 _NODE_TIMEOUT_S: Final = 60.0
 """Seconds without an answer after which a node counts as dead."""
+NOTE_AFTER_S: Final = 5.0
+"""Seconds that a node with free CPUs may take to begin without a note."""
+WAITING_FOR_NODE: Final = "waiting for a node of the Ray cluster"
+"""What a progress line says meanwhile."""
 _STOP_TIMEOUT_S: Final = 4.0
 """Seconds that a stopped run has for its last frame."""
 
@@ -104,13 +108,14 @@ def run_on_node(
         address: ``HOST:PORT`` of a cluster's client server; None: the cluster of this machine.
         progress: called regularly.
         stop: called regularly; True ends the run, which can be resumed.
-        note: called with what the node does besides its progress, in a few words; empty: nothing to say.
+        note: called with what the run waits for, or what the node does besides its progress, in a few words; empty:
+            nothing to say.
 
     Returns:
         The report; None: it was stopped.
 
     Raises:
-        Unreachable: the cluster does not answer, or has no node with CPUs at present.
+        ClusterUnreachable: the cluster does not answer, or has no node with CPUs at present.
         UsageError: no node is large enough, or a node has another version.
         TsrError: the run failed; the message is that of the node.
         NodeLost: its process or its node has died.
@@ -122,10 +127,15 @@ def run_on_node(
         with _node_errors(ray):
             runner = ray.remote(_ProcessActor).options(num_cpus=order.request.cores).remote()
             begun = runner.start.remote(pickle.dumps(order))
+            noted, late = False, time.monotonic() + NOTE_AFTER_S
             while not ray.wait([begun], timeout=_POLL_INTERVAL_S)[0]:  # no node has a free CPU
                 if stop():
                     return None
+                if not noted and time.monotonic() > late:
+                    noted = True
+                    note(WAITING_FOR_NODE)
             ray.get(begun)
+            note("")
             return _watch(ray, runner, progress, stop, note)
     finally:
         if runner is not None:

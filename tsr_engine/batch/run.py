@@ -59,7 +59,7 @@ class BatchProgress:
         done, failed, total: numbers of drives.
         rate: frames per second of this call; None: not known yet.
         remaining: estimated seconds left, by the size of the videos; None: not known yet.
-        note: what a process on this machine does before it tracks; empty: nothing to say.
+        note: what a process of a drive does before it tracks; empty: nothing to say.
     """
 
     done: int
@@ -124,7 +124,7 @@ def _run_tasks(
         return iter(())
     if request.place == "local":
         return run_locally(orders, request.jobs, pace.at, stop, note)
-    return run_on_ray(orders, None if request.place == "ray" else request.place, pace.at, stop)
+    return run_on_ray(orders, None if request.place == "ray" else request.place, pace.at, stop, note)
 
 
 def _load_or_make_manifest(request: BatchRequest) -> Manifest:

@@ -117,9 +117,14 @@ def batch(
     if stopped():
         leave_interrupted(f"Finished drives are kept in {out}. Run the same command again to go on.")
     for failure in summary["failures"]:
-        say(f"{failure['drive']}: {failure['error']}")
+        say(_failure(failure["drive"], failure["error"]))
     if summary["failed"]:
         raise InputError(f"{plural(summary['failed'], 'drive')} failed; the others are done. See {out / SUMMARY_HTML}.")
+
+
+def _failure(drive: str, error: str) -> str:
+    """One sentence on a failed drive; most errors name it already."""
+    return error if drive in error else f"{drive}: {error}"
 
 
 def batch_request(

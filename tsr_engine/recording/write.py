@@ -79,7 +79,7 @@ def write_recording(
 def _picture(request: RecordingRequest, known: VideoIdentity, called: str, frames: Frames) -> tuple[Clip | None, str]:
     """The picture, and one sentence on its source."""
     if request.video is None:
-        return None, "None: the recording was made without the video."
+        return None, "There is none, because the recording was made without the video."
     if not request.known and video_sha256(request.video) != known.sha256:
         raise EvidenceError(
             f"{request.video} is not the video of {called}: that was {known.name} with the SHA-256 "

@@ -29,7 +29,7 @@ import { sleep } from './sleep.js';
  * @property {typeof fetch} [fetch]
  * @property {(ms: number, signal: AbortSignal) => Promise<void>} [wait]
  * @property {AbortSignal} [signal]
- * @property {number} [silence]      time without a byte after which the connection counts as lost, ms; the server sends a heartbeat every 10 s
+ * @property {number} [silence]      time without a byte after which the connection counts as lost, ms; the server sends a heartbeat every 4 s
  */
 
 const FIRST_WAIT = 500;
@@ -43,7 +43,7 @@ const LONGEST_WAIT = 15_000;
  * @returns {Stream}
  */
 export function openStream(options) {
-  const { url = '/api/events', onEvent, onConnection, onStorage, onReset, onDenied, wait = sleep, silence = 30_000 } = options;
+  const { url = '/api/events', onEvent, onConnection, onStorage, onReset, onDenied, wait = sleep, silence = 12_000 } = options;
   const fetch = options.fetch ?? globalThis.fetch.bind(globalThis);
   const whole = new AbortController();
   const closed = options.signal ? AbortSignal.any([whole.signal, options.signal]) : whole.signal;

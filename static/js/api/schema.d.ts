@@ -2063,8 +2063,8 @@ export interface components {
             truth: string;
             /** @default [] */
             signs?: number[];
-            /** @description -1: signs of none of the labels. */
-            label?: number | null;
+            /** @description Id, key or name; -1: signs of none of the labels. */
+            label?: number | string | null;
             author?: string | null;
         };
         /**

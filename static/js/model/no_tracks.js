@@ -20,7 +20,7 @@ export function whyNoTracks(review, total) {
   if (total > 0) return '';
   const { run, tracks } = review;
   if (run === null) return review.timebase === null ? 'Loading the tracks…' : `${NO_RUN}.`;
-  if (run.state === 'queued') return 'The run is waiting for its turn.';
+  if (run.state === 'queued') return run.note ? `The run is waiting: ${run.note}.` : 'The run is waiting for its turn.';
   if (run.state === 'failed') return `The run failed: ${run.error ?? 'the terminal of the server says why.'}`;
   if (tracks === null) return 'Loading the tracks…';
   if (tracks.id.length > 0) return 'Every track is deleted.';

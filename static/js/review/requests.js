@@ -9,7 +9,7 @@ import { createRests } from './rests.js';
 /**
  * @param {() => void} again                                        called when a wait is over
  * @param {(thrown: unknown, signal: AbortSignal) => void} fail     reports a failed request
- * @param {() => void} recovered                                    called when all failed requests have been answered
+ * @param {() => void} recovered                                    called when all failed requests have been answered or are no longer needed
  */
 export function createRequests(again, fail, recovered) {
   /** Requests that were made. For overlays, the first frame that arrived: if it was evicted from the store, it is requested again. @type {Map<string, number|null>} */
@@ -17,10 +17,21 @@ export function createRequests(again, fail, recovered) {
   const resting = createRests();
   /** Failed requests that are repeated. @type {Set<string>} */
   const failing = new Set();
+  /** Whether a failure was reported since everything was well, and whether the latest answer was no failure. */
+  let reported = false;
+  let answered = true;
+
+  function settle() {
+    if (!reported || !answered || failing.size > 0) return;
+    reported = false;
+    recovered();
+  }
+
   return {
     clear() {
       asked.clear();
       failing.clear();
+      [reported, answered] = [false, true];
       resting.clear();
     },
 
@@ -64,7 +75,9 @@ export function createRequests(again, fail, recovered) {
       try {
         const found = await ask();
         resting.done(name);
-        if (failing.delete(name) && failing.size === 0) recovered();
+        failing.delete(name);
+        answered = true;
+        settle();
         take(found);
       } catch (thrown) {
         asked.delete(name);
@@ -74,7 +87,14 @@ export function createRequests(again, fail, recovered) {
           if (gone) return gone();
         } else {
           failing.add(name);
-          resting.failed(name, () => signal.aborted || again());
+          [reported, answered] = [true, false];
+          resting.failed(name, () => {
+            if (signal.aborted) return;
+            again();
+            if (asked.has(name)) return;
+            failing.delete(name); // the person has gone elsewhere meanwhile
+            settle();
+          });
         }
         fail(thrown, signal);
       }

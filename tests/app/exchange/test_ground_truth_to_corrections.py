@@ -30,6 +30,28 @@ def take(api: ExchangeClient, given: str, signs: list[int]) -> Any:
     return api.server.client.post(f"/api/runs/{api.run_id}/take-over", json={"truth": given, "signs": signs})
 
 
+@pytest.mark.parametrize("label", [14, "stop", "Stop"])
+def test_all_signs_of_a_label_by_its_id_key_or_name(api: ExchangeClient, label: int | str) -> None:
+    given = truth(
+        api,
+        [
+            *corner_rows(1, 14, range(3, 9)),
+            *[r.replace(",1,1,13,13,", ",1,40,13,52,") for r in corner_rows(2, 17, range(5))],
+        ],
+    )
+    body = {"truth": given, "label": label}
+    answer = api.server.client.post(f"/api/runs/{api.run_id}/take-over", json=body).json()
+    assert (answer["made"], answer["changed"]) == (1, 0)
+    undo(api, answer["op_id"])
+
+
+def test_an_unknown_label_is_refused_with_the_way_to_the_list(api: ExchangeClient) -> None:
+    body = {"truth": truth(api, corner_rows(1, 14, range(4))), "label": "no such sign"}
+    answer = api.server.client.post(f"/api/runs/{api.run_id}/take-over", json=body)
+    assert answer.status_code == 422
+    assert "has no label 'no such sign'. 'tsr labels list'" in answer.json()["error"]["message"]
+
+
 def undo(api: ExchangeClient, op_id: str) -> None:
     body = {"op_id": f"undo{op_id}"[:32], "author": "ada", "command": {"name": "undo", "op_id": op_id}}
     api.post(f"/api/runs/{api.run_id}/edits", body)

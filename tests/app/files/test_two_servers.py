@@ -166,6 +166,10 @@ def test_a_server_without_the_shared_files_says_where_they_are(servers: TwoServe
         assert (status, answer["error"]["code"]) == (503, "elsewhere")
         assert answer["error"]["message"].endswith("Set TSR_FILES to them for this server.")
         assert third.client.delete(f"/api/videos/{servers.video}").status_code == 503
+        refused = third.client.post(f"/api/videos/{servers.video}/runs", json={})
+        assert (refused.status_code, refused.json()["error"]["code"]) == (503, "elsewhere")
+        assert refused.json()["error"]["message"].startswith("The files of drive.mp4 are in shared files (")
+        assert third.client.get("/api/run-queue").json()["runs"] == [], "no run waits for a server that has the files"
 
 
 def test_shared_files_need_a_shared_database(tmp_path: Path) -> None:

@@ -6,6 +6,8 @@ import base64
 import json
 import os
 import pickle
+import resource
+import signal
 import subprocess
 import sys
 import threading
@@ -18,9 +20,10 @@ import pytest
 from pydantic import ValidationError
 
 from app.context import build_context
+from app.runs import executor
 from app.settings import Settings
 from tests.app.jobs.same_evidence import assert_same_evidence
-from tsr_engine.batch import node_worker
+from tsr_engine.batch import node_runner, node_worker
 from tsr_engine.batch.cluster import ClusterUnreachable
 from tsr_engine.batch.node_runner import run_on_node
 from tsr_engine.batch.node_task import NodeTask
@@ -77,48 +80,97 @@ def test_without_ray_a_server_refuses_to_start(tmp_path: Path, monkeypatch: pyte
     assert not (tmp_path / "home").exists()
 
 
-def test_the_note_of_a_node_is_passed_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The lines of the node's process arrive in order."""
-    at = {"done": 1, "total": 8, "rate": None, "remaining": None}
-    done = base64.b64encode(pickle.dumps(RunReport("drive.mp4", 320, 240))).decode()
-    lines = [json.dumps(line) for line in ({"note": "it compiles"}, {"at": at}, {"note": ""}, {"done": done})]
+AT = {"done": 1, "total": 8, "rate": None, "remaining": None}
+REPORT = RunReport("drive.mp4", 320, 240)
 
-    class Node:
-        """A cluster that is one node, and the actor on it."""
 
-        exceptions = SimpleNamespace(RayActorError=OSError, GetTimeoutError=TimeoutError)
+class Node:
+    """A cluster that is one node, and the actor on it.
 
-        def __getattr__(self, name: str) -> Any:
-            answer = (lines, None) if name == "poll" else self
-            return SimpleNamespace(remote=lambda *_: answer)
+    Args:
+        said: what the node's process says.
+        busy: number of looks until the node has a free CPU.
+    """
 
-        def nodes(self) -> list[dict[str, object]]:
-            return [{"Alive": True, "Resources": {"CPU": 1.0}}]
+    exceptions = SimpleNamespace(RayActorError=OSError, GetTimeoutError=TimeoutError)
 
-        def remote(self, _class: object = None) -> Node:
-            return self
+    def __init__(self, *said: dict[str, object], busy: int = 0) -> None:
+        done = base64.b64encode(pickle.dumps(REPORT)).decode()
+        self._lines = [json.dumps(line) for line in (*said, {"done": done})]
+        self._busy = busy
 
-        def options(self, **_: object) -> Node:
-            return self
+    def __getattr__(self, name: str) -> Any:
+        answer = (self._lines, None) if name == "poll" else self
+        return SimpleNamespace(remote=lambda *_: answer)
 
-        def wait(self, waited: list[object], timeout: float) -> tuple[list[object], list[object]]:
-            return waited, []
+    def nodes(self) -> list[dict[str, object]]:
+        return [{"Alive": True, "Resources": {"CPU": 1.0}}]
 
-        def get(self, value: object, timeout: float = 0.0) -> object:
-            return value
+    def remote(self, _class: object = None) -> Node:
+        return self
 
-        def kill(self, _actor: object) -> None:
-            pass
+    def options(self, **_: object) -> Node:
+        return self
 
-        def shutdown(self) -> None:
-            pass
+    def wait(self, waited: list[object], timeout: float) -> tuple[list[object], list[object]]:
+        self._busy -= 1
+        return ([], waited) if self._busy >= 0 else (waited, [])
 
-    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, alone: Node())
+    def get(self, value: object, timeout: float = 0.0) -> object:
+        return value
+
+    def kill(self, _actor: object) -> None:
+        pass
+
+    def shutdown(self) -> None:
+        pass
+
+
+def heard(monkeypatch: pytest.MonkeyPatch, node: Node) -> list[object]:
+    """Notes, and numbers of frames done, of a run on a node."""
+    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, alone: node)
     heard: list[object] = []
     order = NodeTask(RunRequest(Path("drive.mp4"), Params()), None, {})
     report = run_on_node(order, None, lambda progress: heard.append(progress.done), lambda: False, heard.append)
     assert report is not None
-    assert heard == ["it compiles", 1, ""]
+    return heard
+
+
+def test_the_note_of_a_node_is_passed_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The lines of the node's process arrive in order."""
+    node = Node({"note": "it compiles"}, {"at": AT}, {"note": ""})
+    assert heard(monkeypatch, node) == ["", "it compiles", 1, ""]
+
+
+def test_a_run_that_waits_for_a_free_cpu_says_so_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(node_runner, "NOTE_AFTER_S", 0.0)
+    assert heard(monkeypatch, Node({"at": AT}, busy=3)) == [node_runner.WAITING_FOR_NODE, "", 1]
+
+
+def test_a_run_that_waits_for_the_cluster_says_so_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    notes: list[str] = []
+    answers: list[object] = [ClusterUnreachable("No answer."), ClusterUnreachable("No answer."), REPORT]
+
+    def run_on_node(*_: object) -> object:
+        answer = answers.pop(0)
+        if isinstance(answer, ClusterUnreachable):
+            raise answer
+        return answer
+
+    limits, on_sigterm = resource.getrlimit(resource.RLIMIT_AS), signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr(executor, "RETRY_DELAY_S", 0.0)
+    monkeypatch.setattr(executor, "run_on_node", run_on_node)
+    settings = Settings(executor="ray://head:10001")
+    task: Any = SimpleNamespace(settings=settings, note=notes.append, stop=lambda: False)
+    components: Any = SimpleNamespace(models={})
+    try:
+        request = RunRequest(Path("drive.mp4"), Params())
+        report = executor.track_somewhere(task, request, components, None, lambda _: None)
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, limits)
+        signal.signal(signal.SIGTERM, on_sigterm)
+    assert report is REPORT
+    assert notes == [executor.UNREACHABLE]
 
 
 def test_a_node_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch) -> None:

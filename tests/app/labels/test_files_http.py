@@ -68,7 +68,7 @@ def test_every_format_is_exported_and_imported(server: Server, format: str) -> N
 def test_a_set_of_the_team_is_made_from_a_file_and_used(server: Server) -> None:
     assert import_labels(server.client, "stop\nno parking\n", key="team").status_code == 404
     made = import_labels(server.client, "stop\nno parking\n", key="team", create=True, name="obj.names").json()
-    assert (made["version"], made["sentence"]) == (1, "Made the set 'obj.names' with 2 labels.")
+    assert (made["version"], made["sentence"]) == (1, "Made the set 'obj.names' (key team) with 2 labels.")
     assert [label["id"] for label in made["added"]] == [0, 1]
     again = import_labels(server.client, "stop\nno stopping\n", key="team", create=True).json()
     assert (again["created"], [label["id"] for label in again["added"]]) == (False, [2])

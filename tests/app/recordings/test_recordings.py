@@ -90,7 +90,7 @@ def test_without_its_video_a_recording_has_no_picture_and_says_so(server: Server
         session.get_one(Video, home.video_id).path = "/nowhere/drive.mp4"
     made = record(server, home.run_id)
     assert made["state"] == "complete", made["error"]
-    assert made["summary"]["picture"].startswith("None")
+    assert made["summary"]["picture"] == "There is none, because the recording was made without the video."
     assert "corrected" not in made["summary"]["boxes"], "nobody has corrected anything"
 
 

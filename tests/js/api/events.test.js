@@ -114,3 +114,32 @@ test('a lost credential is distinguished from a lost server', async () => {
   const found = await play([401, 'id: 1\nevent: hello\ndata: {}\n\n']);
   assert.equal(found.denied, 1);
 });
+
+test('a connection without a byte for twelve seconds, three heartbeats, counts as lost', async (context) => {
+  context.mock.timers.enable({ apis: ['setTimeout'] });
+  const states = /** @type {string[]} */ ([]);
+  /** @type {ReadableStreamDefaultController<Uint8Array>|undefined} */
+  let bytes;
+  const fetch = /** @type {any} */ (
+    async (/** @type {string} */ _, /** @type {RequestInit} */ { signal }) => {
+      const body = new ReadableStream({ start: (controller) => void (bytes = controller) });
+      signal?.addEventListener('abort', () => bytes?.error(new Error('aborted')));
+      return new Response(body);
+    }
+  );
+  const stream = openStream({ fetch, onEvent: () => {}, onConnection: (state) => states.push(state), wait: () => new Promise(() => {}) });
+  const read = () => new Promise((resolve) => setImmediate(resolve));
+  await read();
+  bytes?.enqueue(new TextEncoder().encode('id: 1\nevent: hello\ndata: {}\n\n'));
+  await read();
+  context.mock.timers.tick(11_000);
+  bytes?.enqueue(new TextEncoder().encode(': still here\n\n'));
+  await read();
+  context.mock.timers.tick(11_000);
+  await read();
+  assert.deepEqual(states, ['online']);
+  context.mock.timers.tick(1000);
+  await read();
+  assert.deepEqual(states, ['online', 'offline']);
+  stream.close();
+});

@@ -9,6 +9,12 @@ for (const [what, review, total, said] of /** @type {[string, any, number, strin
   ['a video whose table is still on its way', { ...OPEN, timebase: null }, 0, 'Loading the tracks…'],
   ['a video without a run', OPEN, 0, 'No run yet: start one with “Runs”.'],
   ['a run that waits', { ...OPEN, run: { state: 'queued' } }, 0, 'The run is waiting for its turn.'],
+  [
+    'a run that waits for another server',
+    { ...OPEN, run: { state: 'queued', note: 'the server b has the video' } },
+    0,
+    'The run is waiting: the server b has the video.',
+  ],
   ['a run whose tracks are on their way', { ...OPEN, run: { state: 'running' } }, 0, 'Loading the tracks…'],
   [
     'a run that has found nothing',

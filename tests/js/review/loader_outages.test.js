@@ -63,6 +63,21 @@ test('what came too late is requested again, and the banner about it goes', asyn
   await eventually(() => shown().length === 0);
 });
 
+test('the banner goes when what failed is no longer needed', async () => {
+  const { store, failure } = await create();
+  const shown = () => store.get().banners.map(({ text }) => text);
+  failure.thrown = new ApiError(0, 'timeout', 'The server did not answer in time.');
+  for (const track of ['m7', 'm8']) {
+    store.dispatch(select, track);
+    await turn();
+  }
+  assert.deepEqual(shown(), ['The server did not answer in time.']);
+  failure.thrown = null;
+  await eventually(() => store.get().review?.laneOf[8] !== undefined);
+  await eventually(() => shown().length === 0);
+  assert.ok(!store.get().review?.laneOf[7], 'nobody needs it');
+});
+
 test('a clock that is set back an hour delays nothing', async (context) => {
   const noon = Date.UTC(2026, 9, 25, 12);
   context.mock.timers.enable({ apis: ['Date'], now: noon });

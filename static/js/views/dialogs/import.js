@@ -265,7 +265,7 @@ export function importDialog({ app, data, close, signal }) {
       result.repaired.length > 0 &&
         h(
           'section.stack',
-          h('h3', `Repaired (${count(result.repaired.length)})`),
+          h('h3', `Changed (${count(result.repaired.length)})`),
           h('ul.skipped-list.small', ...result.repaired.map((text) => h('li', text))),
         ),
       result.skipped.length > 0 &&
