@@ -80,7 +80,7 @@ def test_a_stop_kills_running_orders(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_cause_of_death_is_reported() -> None:
-    outcome = run_task(ORDERS[0], started=lambda process: process.kill())
+    outcome = run_task(ORDERS[0], on_start=lambda process: process.kill())
     assert outcome.died
     assert outcome.error == "Its process was killed, perhaps because the machine ran out of memory."
 

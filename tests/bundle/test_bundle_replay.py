@@ -50,13 +50,13 @@ def test_the_state_is_rebuilt_from_a_frame_without_tracks(drive: Drive) -> None:
     with EvidenceReader(drive.run) as reader:
         assert [find_lead_in(reader, first).start for first in (0, 3, 4, 60)] == [0, 2, 3, 3]
         assert find_lead_in(reader, 60).first_id == 1
-        cut = find_lead_in(reader, 60, most=10)
-        assert (cut.start, cut.whole, cut.first_id) == (50, False, 3)
+        cut = find_lead_in(reader, 60, max_frames=10)
+        assert (cut.start, cut.is_exact, cut.first_id) == (50, False, 3)
 
 
 def test_a_long_lead_in_is_cut_and_reported(drive: Drive, tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.setattr(
-        "tsr_engine.bundle.make.find_lead_in", lambda reader, first: find_lead_in(reader, first, most=5)
+        "tsr_engine.bundle.make.find_lead_in", lambda reader, first: find_lead_in(reader, first, max_frames=5)
     )
     made = drive.bundle(tmp_path / "cut.zip", 60, 70)
     assert not made.manifest.frames.whole_lead_in

@@ -60,11 +60,11 @@ def check(made: Any, corpus: Any, scenes: Any, folder: Path, first: int, stop: i
     with EvidenceReader(run) as reader:
         frames = read_frames(reader, first, stop)
     clip = cut_clip(made.path, frames, read_video_times)
-    assert (np.diff(clip.nanos) > 0).all()
-    times = clip.nanos / 1e9
+    assert (np.diff(clip.times_ns) > 0).all()
+    times = clip.times_ns / 1e9
     want = np.array([float(made.times[k] - made.times[first]) for k in range(first, stop)])
     np.testing.assert_allclose(times - times[0], want, atol=2e-3)
-    shown = [corpus.read_code(picture) for picture in decoded(clip.data, clip.nanos)]
+    shown = [corpus.read_code(picture) for picture in decoded(clip.data, clip.times_ns)]
     assert shown == [made.codes[k] for k in range(first, stop)]
     return clip.how
 
@@ -149,7 +149,7 @@ def test_300_frames_of_720p_take_five_megabytes(threads: int, tmp_path: Path, mo
     clip = cut_clip(path, frames, read_video_times)
     assert clip.how.startswith("Encoded anew as H.264 in")
     assert len(clip.data) < 1.15 * allowed, "rate control misses by some percent at most"
-    assert len(clip.nanos) == count
+    assert len(clip.times_ns) == count
     exact = cut_clip(path, frames, read_video_times, exact=True)
     assert "not encoded anew" in exact.how
     assert len(exact.data) > 1.5 * allowed

@@ -64,7 +64,7 @@ def test_a_run_waits_for_a_computing_node(monkeypatch: pytest.MonkeyPatch) -> No
         def shutdown(self) -> None:
             pass
 
-    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, alone: Head())
+    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, start_local: Head())
     order = NodeTask(RunRequest(Path("drive.mp4"), Params()), None, {})
     with pytest.raises(ClusterUnreachable, match="no node with a CPU"):
         run_on_node(order, None, lambda _: None, lambda: False)
@@ -113,7 +113,7 @@ def test_the_note_of_a_node_is_passed_on(monkeypatch: pytest.MonkeyPatch) -> Non
         def shutdown(self) -> None:
             pass
 
-    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, alone: Node())
+    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, start_local: Node())
     heard: list[object] = []
     order = NodeTask(RunRequest(Path("drive.mp4"), Params()), None, {})
     report = run_on_node(order, None, lambda progress: heard.append(progress.done), lambda: False, heard.append)
