@@ -101,7 +101,7 @@ def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> Tr
     votes, seen = rows.vectors("recognitions.votes"), rows.vectors("recognitions.probabilities")
     leading = _leading(votes, classes)
     frames = rows.ints("frame").tolist()
-    judged = rows.known("gates.confident").tolist()
+    judged = rows.has_value("gates.confident").tolist()
     learned, unlearned = _samples(reader, track_id, frames)
     top = [None if p is None else int(np.argmax(p)) for p in seen]
     return TrackLane(

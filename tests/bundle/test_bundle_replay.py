@@ -77,14 +77,14 @@ def test_still_broken_then_fixed_then_different(drive: Drive, tmp_path: Path) ->
     assert [finding.met for finding in wrong.findings] == [False]
     report = again(drive, wrong.path)
     assert report.verdict == "still broken"
-    assert report.outcomes[0].word == "still broken"
+    assert report.outcomes[0].verdict == "still broken"
     assert "Track 2 lies there in 18 of 18 frames" in report.outcomes[0].got
     fixed = again(drive, wrong.path, ("birth_score", 50.0))
-    assert (fixed.verdict, fixed.outcomes[0].word, fixed.same, fixed.tracks) == ("fixed", "fixed", False, 0)
+    assert (fixed.verdict, fixed.outcomes[0].verdict, fixed.same, fixed.tracks) == ("fixed", "fixed", False, 0)
     both = drive.bundle(tmp_path / "b.zip", expectation=wanting(drive, "absent", "found"))
     other = again(drive, both.path, ("birth_score", 50.0))
     assert other.verdict == "different"
-    assert [one.word for one in other.outcomes] == ["fixed", "newly broken"]
+    assert [one.verdict for one in other.outcomes] == ["fixed", "newly broken"]
 
 
 def test_without_expectation_another_output_is_different(drive: Drive, plain: Path) -> None:

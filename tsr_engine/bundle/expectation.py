@@ -61,7 +61,7 @@ class ExpectedSign(_Part):
                 raise ValueError(f"the box of frame {frame} is not x1, y1, x2, y2 with x1 < x2 and y1 < y2")
         return self
 
-    def seen(self) -> list[tuple[int, tuple[float, float, float, float]]]:
+    def visible_boxes(self) -> list[tuple[int, tuple[float, float, float, float]]]:
         """Frames and boxes in which it is visible."""
         hidden = set(self.hidden)
         return [(f, box) for f, box in zip(self.frames, self.boxes, strict=True) if f not in hidden]

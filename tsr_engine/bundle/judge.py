@@ -100,13 +100,13 @@ _Answer = tuple[bool, str, int]
 
 
 def _found(expected: Expected, sign: ExpectedSign, expectation: Expectation, output: Output) -> _Answer:
-    seen = sign.seen()
-    missed = [frame for frame, box in seen if not output.tracks_on(frame, box, expectation.bounds.iou)]
-    share = 1.0 - len(missed) / len(seen) if seen else 1.0
+    visible = sign.visible_boxes()
+    missed = [frame for frame, box in visible if not output.tracks_on(frame, box, expectation.bounds.iou)]
+    share = 1.0 - len(missed) / len(visible) if visible else 1.0
     met = share >= expectation.bounds.share
     return (
         met,
-        f"A track lies on it in {len(seen) - len(missed)} of {len(seen)} frames.",
+        f"A track lies on it in {len(visible) - len(missed)} of {len(visible)} frames.",
         _first_failed_frame(missed, sign, met),
     )
 
@@ -133,15 +133,15 @@ def _boxes(expected: Expected, sign: ExpectedSign, expectation: Expectation, out
 
 
 def _absent(expected: Expected, sign: ExpectedSign, expectation: Expectation, output: Output) -> _Answer:
-    seen = sign.seen()
+    visible = sign.visible_boxes()
     track_by_frame = {
-        frame: tracks[0] for frame, box in seen if (tracks := output.tracks_on(frame, box, expectation.bounds.iou))
+        frame: tracks[0] for frame, box in visible if (tracks := output.tracks_on(frame, box, expectation.bounds.iou))
     }
     if not track_by_frame:
         return True, "Nothing is tracked there.", sign.frames[0]
     first = min(track_by_frame)
     names = ", ".join(map(str, sorted(set(track_by_frame.values()))[:5]))
-    return False, f"Track {names} lies there in {len(track_by_frame)} of {len(seen)} frames.", first
+    return False, f"Track {names} lies there in {len(track_by_frame)} of {len(visible)} frames.", first
 
 
 def _one(expected: Expected, sign: ExpectedSign, expectation: Expectation, output: Output) -> _Answer:
@@ -171,7 +171,7 @@ _RULES = {"found": _found, "label": _label, "boxes": _boxes, "absent": _absent, 
 def _tracks_on(sign: ExpectedSign, bounds: Bounds, output: Output) -> Counter[int]:
     """Number of frames in which each track lies on a sign, without frames in which the sign is hidden."""
     counts: Counter[int] = Counter()
-    for frame, box in sign.seen():
+    for frame, box in sign.visible_boxes():
         counts.update(output.tracks_on(frame, box, bounds.iou))
     return counts
 
@@ -179,7 +179,7 @@ def _tracks_on(sign: ExpectedSign, bounds: Bounds, output: Output) -> Counter[in
 def _first_second_track(sign: ExpectedSign, bounds: Bounds, output: Output) -> int:
     """The first frame in which a second track lies on a sign."""
     known: set[int] = set()
-    for frame, box in sign.seen():
+    for frame, box in sign.visible_boxes():
         known.update(output.tracks_on(frame, box, bounds.iou))
         if len(known) > 1:
             return frame

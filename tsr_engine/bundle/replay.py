@@ -48,7 +48,7 @@ class Outcome:
     frame: int
 
     @property
-    def word(self) -> str:
+    def verdict(self) -> str:
         """``fixed``, ``still broken``, ``right`` (as before) or ``newly broken``."""
         if self.now:
             return "right" if self.before else "fixed"

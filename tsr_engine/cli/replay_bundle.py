@@ -95,7 +95,7 @@ def report_as_json(report: BundleReplay, bundle: Bundle, csv: Path | None) -> Js
                 "expected": outcome.expected,
                 "before": outcome.before,
                 "now": outcome.now,
-                "verdict": outcome.word,
+                "verdict": outcome.verdict,
                 "got": outcome.got,
                 "frame": outcome.frame,
             }
@@ -132,7 +132,7 @@ def print_report(report: BundleReplay, bundle: Bundle) -> None:
     for text in report.changed:
         console.print(text, soft_wrap=True, markup=False)
     for outcome in report.outcomes:
-        console.print(f"{outcome.word.upper()}: {outcome.expected}", soft_wrap=True, markup=False)
+        console.print(f"{outcome.verdict.upper()}: {outcome.expected}", soft_wrap=True, markup=False)
         console.print(f"    {outcome.got}", soft_wrap=True, markup=False)
     if not report.outcomes:
         console.print("The bundle has no expectations: the new output is compared with the old one.", soft_wrap=True)

@@ -69,7 +69,7 @@ class Columns:
         """A column of numbers, shape (n,); NULL becomes NaN."""
         return np.array(self._columns[name], dtype=np.float64)
 
-    def known(self, name: str) -> BoolArray:
+    def has_value(self, name: str) -> BoolArray:
         """Whether a column has a value, shape (n,)."""
         return np.array([value is not None for value in self._columns[name]], dtype=np.bool_)
 

@@ -149,7 +149,7 @@ def _check_size(path: VideoSource, size: int) -> None:
 
 def _orientation(container: InputContainer, stream: av.VideoStream) -> Orientation:
     with suppress(av.FFmpegError, OSError, StopIteration):
-        return Orientation.of(next(iter(container.decode(stream))))
+        return Orientation.from_frame(next(iter(container.decode(stream))))
     return Orientation()
 
 

@@ -63,12 +63,12 @@ def write_recording(
         picture = executor.submit(_picture, request, reader.header.video, run_name, frames)
         classes = RecordedClasses(request.classes or classes_of_keys(reader.header.labels, shipped_set(DEFAULT)))
         layers = {
-            name: rows.with_classes(classes.of_classes(rows.table.class_id)).within(frames)
+            name: rows.with_classes(classes.of_classes(rows.table.class_id)).in_frames(frames)
             for name, rows in read_box_layers(reader, frames, classes)
         }
         for name, rows in (("corrected", request.corrected), ("truth", request.truth)):
             if rows is not None:
-                layers[name] = rows.with_classes(classes.of_labels(rows.table.class_id)).within(frames)
+                layers[name] = rows.with_classes(classes.of_labels(rows.table.class_id)).in_frames(frames)
         track_series = _sort_tracks(list(read_track_series(reader, frames, classes)), request.focus_track)
         events = read_events(reader, frames)
         progress(1, 4)
