@@ -101,7 +101,7 @@ def track_lane(reader: EvidenceReader, track_id: int, classes: RunClasses) -> Tr
     votes, probabilities = rows.vectors("recognitions.votes"), rows.vectors("recognitions.probabilities")
     groups = _leading_groups(votes, classes)
     frames = rows.ints("frame").tolist()
-    judged = rows.known("gates.confident").tolist()
+    judged = rows.has_value("gates.confident").tolist()
     learned, unlearned = _sample_counts(reader, track_id, frames)
     top = [None if p is None else int(np.argmax(p)) for p in probabilities]
     return TrackLane(

@@ -199,7 +199,7 @@ def _relocalisations(rows: Columns) -> list[OverlayRelocalisation | None]:
         )
         if known
         else None
-        for i, (decision, known) in enumerate(zip(decisions, rows.known(f"{prefix}decision").tolist(), strict=True))
+        for i, (decision, known) in enumerate(zip(decisions, rows.has_value(f"{prefix}decision").tolist(), strict=True))
     ]
 
 

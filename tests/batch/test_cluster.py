@@ -22,11 +22,11 @@ def test_the_cluster_of_this_machine_is_away(closed: str, monkeypatch: pytest.Mo
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'tsr[cluster]'")
     monkeypatch.setenv("RAY_ADDRESS", closed)
     with pytest.raises(ClusterUnreachable, match="The Ray cluster of this machine cannot be reached: .*refused"):
-        connect(None, alone=alone)
+        connect(None, start_local=start_local)
 
 
 @pytest.mark.timeout(60)
 def test_a_cluster_elsewhere_is_away(closed: str) -> None:
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'tsr[cluster]'")
     with pytest.raises(ClusterUnreachable, match=f"The Ray cluster {closed} cannot be reached: .*refused"):
-        connect(closed, alone=False)
+        connect(closed, start_local=False)

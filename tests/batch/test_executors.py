@@ -81,7 +81,7 @@ def test_a_stop_kills_running_orders(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_cause_of_death_is_reported() -> None:
-    outcome = run_task(ORDERS[0], started=lambda process: process.kill())
+    outcome = run_task(ORDERS[0], on_start=lambda process: process.kill())
     assert outcome.died
     assert outcome.error == "Its process was killed, perhaps because the machine ran out of memory."
 
@@ -132,7 +132,7 @@ def test_notes_of_nodes_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
         note(f"compiling for {order.video}")
         return Outcome(None, "no such file")
 
-    monkeypatch.setattr(executors, "connect", lambda address, alone: Inline())
+    monkeypatch.setattr(executors, "connect", lambda address, start_local: Inline())
     monkeypatch.setattr(executors, "run_task", run)
     heard: list[str] = []
     ended = list(executors.run_on_ray(ORDERS[:2], None, nothing, never, heard.append))

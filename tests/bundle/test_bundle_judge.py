@@ -23,7 +23,7 @@ def rows(track: int, frames: Any, box: Any = BOX, label: int = 14) -> list[Resul
 
 
 def output(*groups: list[ResultRow]) -> Output:
-    return Output.of([row for group in groups for row in group], 0, 20)
+    return Output.from_rows([row for group in groups for row in group], 0, 20)
 
 
 def sign(frames: Any = range(10), box: Any = BOX, **more: Any) -> dict[str, Any]:

@@ -51,13 +51,13 @@ def test_the_state_is_rebuilt_from_a_frame_without_tracks(drive: TrackedDrive) -
     with EvidenceReader(drive.run) as reader:
         assert [find_lead_in(reader, first).start for first in (0, 3, 4, 60)] == [0, 2, 3, 3]
         assert find_lead_in(reader, 60).first_id == 1
-        cut = find_lead_in(reader, 60, most=10)
-        assert (cut.start, cut.whole, cut.first_id) == (50, False, 3)
+        cut = find_lead_in(reader, 60, max_frames=10)
+        assert (cut.start, cut.is_exact, cut.first_id) == (50, False, 3)
 
 
 def test_a_long_lead_in_is_cut_and_reported(drive: TrackedDrive, tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.setattr(
-        "tsr_engine.bundle.make.find_lead_in", lambda reader, first: find_lead_in(reader, first, most=5)
+        "tsr_engine.bundle.make.find_lead_in", lambda reader, first: find_lead_in(reader, first, max_frames=5)
     )
     made = drive.bundle(tmp_path / "cut.zip", 60, 70)
     assert not made.manifest.frames.whole_lead_in
@@ -78,14 +78,14 @@ def test_still_broken_then_fixed_then_different(drive: TrackedDrive, tmp_path: P
     assert [finding.met for finding in wrong.findings] == [False]
     report = replay(drive, wrong.path)
     assert report.verdict == "still broken"
-    assert report.outcomes[0].word == "still broken"
+    assert report.outcomes[0].verdict == "still broken"
     assert "Track 2 lies there in 18 of 18 frames" in report.outcomes[0].got
     fixed = replay(drive, wrong.path, ("birth_score", 50.0))
-    assert (fixed.verdict, fixed.outcomes[0].word, fixed.same, fixed.tracks) == ("fixed", "fixed", False, 0)
+    assert (fixed.verdict, fixed.outcomes[0].verdict, fixed.same, fixed.tracks) == ("fixed", "fixed", False, 0)
     both = drive.bundle(tmp_path / "b.zip", expectation=expectation_unmet(drive, "absent", "found"))
     other = replay(drive, both.path, ("birth_score", 50.0))
     assert other.verdict == "different"
-    assert [one.word for one in other.outcomes] == ["fixed", "newly broken"]
+    assert [one.verdict for one in other.outcomes] == ["fixed", "newly broken"]
 
 
 def test_without_expectation_another_output_is_different(drive: TrackedDrive, plain: Path) -> None:

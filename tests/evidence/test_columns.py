@@ -71,7 +71,7 @@ def test_columns_are_those_of_the_records(reader: EvidenceReader, frames: list[F
     np.testing.assert_array_equal(
         rows.floats("gates.l_positive"), [np.nan if t.gate is None else t.gate.l_positive for _, t in tracks]
     )
-    assert rows.known("gates.confident").tolist() == [t.gate is not None for _, t in tracks]
+    assert rows.has_value("gates.confident").tolist() == [t.gate is not None for _, t in tracks]
     assert rows.ints("gates.confident", missing=7).tolist() == [
         7 if t.gate is None else t.gate.confident for _, t in tracks
     ]

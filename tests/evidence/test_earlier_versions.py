@@ -50,8 +50,8 @@ def test_missing_columns_read_as_null(folder: Path) -> None:
                 assert np.array_equal(found.box, made.box)
         assert [track.class_id for track in run.tracks()] == [None] * len(list(run.tracks()))
         columns = read_columns(run, "track_frames", "score", "detection", "gates.l_positive", alive=True)
-        assert not columns.known("detection").any()
-        assert columns.known("score").all()
+        assert not columns.has_value("detection").any()
+        assert columns.has_value("score").all()
 
 
 def test_a_bundle_may_have_the_columns_of_an_earlier_version(folder: Path) -> None:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tsr_engine.io.plain_numbers import real_number, whole_number
+from tsr_engine.io.plain_numbers import parse_real, parse_whole
 
 
 @pytest.mark.parametrize(
@@ -14,11 +14,11 @@ from tsr_engine.io.plain_numbers import real_number, whole_number
     [("7", 7.0), (" -1.5 ", -1.5), ("+.5", 0.5), ("3.", 3.0), ("1e-3", 0.001), ("inf", math.inf), ("-INF", -math.inf)],
 )
 def test_valid_numbers_are_read(text: str, value: float) -> None:
-    assert real_number(text) == value
+    assert parse_real(text) == value
 
 
 def test_nan_is_left_to_the_caller() -> None:
-    assert math.isnan(real_number("nan"))
+    assert math.isnan(parse_real("nan"))
 
 
 @pytest.mark.parametrize(
@@ -26,12 +26,12 @@ def test_nan_is_left_to_the_caller() -> None:
 )
 def test_invalid_numbers_are_refused(text: str) -> None:
     with pytest.raises(ValueError, match="no number|convert|literal"):
-        real_number(text)
+        parse_real(text)
     with pytest.raises(ValueError, match="no number|convert|literal"):
-        whole_number(text)
+        parse_whole(text)
 
 
 def test_integers_are_read_or_refused() -> None:
-    assert [whole_number(text) for text in ("7", " -12 ", "+3", "007")] == [7, -12, 3, 7]
+    assert [parse_whole(text) for text in ("7", " -12 ", "+3", "007")] == [7, -12, 3, 7]
     with pytest.raises(ValueError, match="no number|convert|literal"):
-        whole_number("1.0")
+        parse_whole("1.0")

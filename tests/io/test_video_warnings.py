@@ -117,7 +117,7 @@ def test_restarted_times_continue(make_video: MakeVideo, tmp_path: Path, kind: s
     with open_video(both.path) as video:
         table = video.confirm()
         assert (np.diff(table.pts) > 0).all()
-        assert not video.timed
+        assert not video.stamps_are_times
 
 
 def test_a_later_part_of_a_joined_file_is_reached_without_decoding_all_before(

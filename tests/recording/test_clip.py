@@ -63,11 +63,11 @@ def check(video: Any, folder: Path, first: int, stop: int) -> str:
     with EvidenceReader(run) as reader:
         frames = read_frames(reader, first, stop)
     clip = cut_clip(video.path, frames, read_video_times)
-    assert (np.diff(clip.nanos) > 0).all()
-    times = clip.nanos / 1e9
+    assert (np.diff(clip.times_ns) > 0).all()
+    times = clip.times_ns / 1e9
     want = np.array([float(video.times[k] - video.times[first]) for k in range(first, stop)])
     np.testing.assert_allclose(times - times[0], want, atol=2e-3)
-    shown = [video_corpus.read_code(picture) for picture in decode_clip(clip.data, clip.nanos)]
+    shown = [video_corpus.read_code(picture) for picture in decode_clip(clip.data, clip.times_ns)]
     assert shown == [video.codes[k] for k in range(first, stop)]
     return clip.how
 
@@ -152,7 +152,7 @@ def test_300_frames_of_720p_take_five_megabytes(threads: int, tmp_path: Path, mo
     clip = cut_clip(path, frames, read_video_times)
     assert clip.how.startswith("Encoded anew as H.264 in")
     assert len(clip.data) < 1.15 * allowed, "rate control misses by some percent at most"
-    assert len(clip.nanos) == count
+    assert len(clip.times_ns) == count
     exact = cut_clip(path, frames, read_video_times, exact=True)
     assert "not encoded anew" in exact.how
     assert len(exact.data) > 1.5 * allowed

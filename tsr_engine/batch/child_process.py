@@ -17,7 +17,7 @@ __all__ = ["exit_with_parent", "limit_memory", "require_models", "send_message",
 
 
 def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:
-    """Refuse models that differ from those of the order.
+    """Refuse models that differ from those of the task.
 
     Args:
         wanted: component -> SHA-256.
@@ -26,10 +26,10 @@ def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:
     Raises:
         ModelError: they differ.
     """
-    wrong = [name for name, digest in wanted.items() if found.get(name) != digest]
-    if wrong:
+    different = [name for name, digest in wanted.items() if found.get(name) != digest]
+    if different:
         raise ModelError(
-            f"{os.uname().nodename} has another {', '.join(wrong)} than this work was started with. "
+            f"{os.uname().nodename} has another {', '.join(different)} than this work was started with. "
             "Give every machine the same models."
         )
 

@@ -22,12 +22,12 @@ class ClusterUnreachable(UsageError):
     """Raised if no Ray cluster answers at the address."""
 
 
-def connect(address: str | None, *, alone: bool) -> Any:  # Any: mypy does not follow Ray
+def connect(address: str | None, *, start_local: bool) -> Any:  # Any: mypy does not follow Ray
     """Connect to Ray and return the module ``ray``.
 
     Args:
         address: ``HOST:PORT`` of a cluster's client server; None: the cluster that this machine is part of.
-        alone: whether to start a cluster of this machine alone if the machine is in none.
+        start_local: whether to start a cluster of this machine alone if the machine is in none.
 
     Raises:
         MissingExtra: Ray is not installed.
@@ -37,22 +37,22 @@ def connect(address: str | None, *, alone: bool) -> Any:  # Any: mypy does not f
         os.environ.setdefault("RAY_NUM_REDIS_GET_RETRIES", _TRIES)  # read when Ray is imported
     with explained():
         import ray
-    quiet = {"log_to_driver": False, "logging_level": "ERROR"}
+    options = {"log_to_driver": False, "logging_level": "ERROR"}
     try:
         _require_answer(address or os.environ.get("RAY_ADDRESS", ""))
         if address is not None:
             ray.init(address=f"ray://{address}", logging_level="ERROR")
         else:
             try:
-                ray.init(address="auto", **quiet)
+                ray.init(address="auto", **options)
             except ConnectionError:
-                if not alone:
+                if not start_local:
                     raise
-                ray.init(**quiet, include_dashboard=False)
+                ray.init(**options, include_dashboard=False)
     except (OSError, ValueError, RuntimeError) as error:
-        where = "of this machine" if address is None else address
-        first = (str(error).splitlines() or [type(error).__name__])[0]
-        raise ClusterUnreachable(f"The Ray cluster {where} cannot be reached: {first.rstrip('.')}.") from None
+        cluster_name = "of this machine" if address is None else address
+        message = (str(error).splitlines() or [type(error).__name__])[0]
+        raise ClusterUnreachable(f"The Ray cluster {cluster_name} cannot be reached: {message.rstrip('.')}.") from None
     return ray
 
 

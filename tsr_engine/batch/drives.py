@@ -44,14 +44,14 @@ def folder_names(drives: Iterable[Path], known: dict[Path, str]) -> dict[Path, s
         known: names from an earlier call, which stay.
     """
     names = dict(known)
-    fresh = [path for path in drives if path not in names]
-    stems = Counter(_safe_name(path).casefold() for path in fresh)
-    taken = {name.casefold() for name in names.values()}
-    for path in fresh:
+    new_drives = [path for path in drives if path not in names]
+    stems = Counter(_safe_name(path).casefold() for path in new_drives)
+    used = {name.casefold() for name in names.values()}
+    for path in new_drives:
         name = _safe_name(path)
-        if stems[name.casefold()] > 1 or name.casefold() in taken:
+        if stems[name.casefold()] > 1 or name.casefold() in used:
             name = f"{name}-{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
-        taken.add(name.casefold())
+        used.add(name.casefold())
         names[path] = name
     return names
 
@@ -65,12 +65,12 @@ def _videos_of_input(text: str) -> list[Path]:
         return _videos_of_list(Path(text[1:]))
     path = Path(text)
     if path.is_dir():
-        inside = sorted(
+        videos = sorted(
             p for p in path.rglob("*") if p.suffix.lower() in VIDEO_SUFFIXES and p.is_file() and not _is_hidden(p, path)
         )
-        if not inside:
+        if not videos:
             raise InputError(f"{path} has no video. Videos are found by suffixes such as .mp4 or .mkv.")
-        return inside
+        return videos
     if path.exists():
         return [path]
     if glob.has_magic(text):

@@ -39,11 +39,13 @@ class Identity:
         """The differences in words; empty: equal."""
         found = [] if self.version == other.version else [f"version {self.version}, not {other.version}"]
         for section, values in self.parameters.items():
-            theirs = other.parameters.get(section)
-            if not isinstance(values, Mapping) or not isinstance(theirs, Mapping):
-                found += [] if values == theirs else [section]
+            other_values = other.parameters.get(section)
+            if not isinstance(values, Mapping) or not isinstance(other_values, Mapping):
+                found += [] if values == other_values else [section]
                 continue
-            found += [f"{name}={v}, not {theirs.get(name)}" for name, v in values.items() if v != theirs.get(name)]
+            found += [
+                f"{name}={v}, not {other_values.get(name)}" for name, v in values.items() if v != other_values.get(name)
+            ]
         found += [f"another {name}" for name, digest in self.models.items() if digest != other.models.get(name)]
         return found
 

@@ -55,7 +55,7 @@ class _ProcessActor:
         self._process: subprocess.Popen[bytes] | None = None
         self._reader: threading.Thread | None = None
 
-    def start(self, order: bytes) -> None:
+    def start(self, task: bytes) -> None:
         """Start the process."""
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         path = os.pathsep.join(filter(None, sys.path))
@@ -67,7 +67,7 @@ class _ProcessActor:
         )
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):  # the process has died; its exit code says so
-            self._process.stdin.write(order)
+            self._process.stdin.write(task)
             self._process.stdin.close()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -85,8 +85,8 @@ class _ProcessActor:
         code = self._process.poll()
         if code is not None:
             self._reader.join()
-        said, self._lines = self._lines, []
-        return said, code
+        lines, self._lines = self._lines, []
+        return lines, code
 
     def stop(self) -> None:
         """Ask the process to end."""
@@ -95,7 +95,7 @@ class _ProcessActor:
 
 
 def run_on_node(
-    order: NodeTask,
+    task: NodeTask,
     address: str | None,
     progress: Callable[[Progress], None],
     stop: Callable[[], bool],
@@ -104,7 +104,7 @@ def run_on_node(
     """Do a run on as many CPUs of a node as it has cores.
 
     Args:
-        order: the run.
+        task: the run.
         address: ``HOST:PORT`` of a cluster's client server; None: the cluster of this machine.
         progress: called regularly.
         stop: called regularly; True ends the run, which can be resumed.
@@ -120,21 +120,21 @@ def run_on_node(
         TsrError: the run failed; the message is that of the node.
         NodeLost: its process or its node has died.
     """
-    ray = connect(address, alone=False)
+    ray = connect(address, start_local=False)
     runner = None
     try:
-        _require_cpus(ray, order.request.cores)
+        _require_cpus(ray, task.request.cores)
         with _node_errors(ray):
-            runner = ray.remote(_ProcessActor).options(num_cpus=order.request.cores).remote()
-            begun = runner.start.remote(pickle.dumps(order))
+            runner = ray.remote(_ProcessActor).options(num_cpus=task.request.cores).remote()
+            started = runner.start.remote(pickle.dumps(task))
             noted, late = False, time.monotonic() + NOTE_AFTER_S
-            while not ray.wait([begun], timeout=_POLL_INTERVAL_S)[0]:  # no node has a free CPU
+            while not ray.wait([started], timeout=_POLL_INTERVAL_S)[0]:  # no node has a free CPU
                 if stop():
                     return None
                 if not noted and time.monotonic() > late:
                     noted = True
                     note(WAITING_FOR_NODE)
-            ray.get(begun)
+            ray.get(started)
             note("")
             return _watch(ray, runner, progress, stop, note)
     finally:
@@ -151,10 +151,10 @@ def _watch(
     stop: Callable[[], bool],
     note: Callable[[str], None],
 ) -> RunReport | None:
-    asked: float | None = None
+    stop_requested_at: float | None = None
     while True:
-        said, code = ray.get(runner.poll.remote(), timeout=_NODE_TIMEOUT_S)
-        for line in said:
+        lines, code = ray.get(runner.poll.remote(), timeout=_NODE_TIMEOUT_S)
+        for line in lines:
             message = json.loads(line)
             if "at" in message:
                 progress(Progress(**message["at"]))
@@ -167,10 +167,10 @@ def _watch(
                 return report
         if code is not None:
             raise NodeLost(f"The process of the run ended without a word (exit code {code}).", code)
-        if asked is None and stop():
-            asked = time.monotonic()
+        if stop_requested_at is None and stop():
+            stop_requested_at = time.monotonic()
             runner.stop.remote()
-        elif asked is not None and time.monotonic() - asked > _STOP_TIMEOUT_S:
+        elif stop_requested_at is not None and time.monotonic() - stop_requested_at > _STOP_TIMEOUT_S:
             return None
         time.sleep(_POLL_INTERVAL_S)
 
@@ -192,10 +192,10 @@ def _node_errors(ray: ModuleType) -> Iterator[None]:
 
 
 def _require_cpus(ray: ModuleType, cores: int) -> None:
-    most = max((int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"]), default=0)
-    if most == 0:
+    max_cpus = max((int(node["Resources"].get("CPU", 0)) for node in ray.nodes() if node["Alive"]), default=0)
+    if max_cpus == 0:
         raise ClusterUnreachable("The Ray cluster has no node with a CPU at present.")
-    if most < cores:
+    if max_cpus < cores:
         raise UsageError(
-            f"A run takes {cores} CPUs of a node, and the largest of the Ray cluster has {most}. Lower TSR_CORES."
+            f"A run takes {cores} CPUs of a node, and the largest of the Ray cluster has {max_cpus}. Lower TSR_CORES."
         )

@@ -1,4 +1,4 @@
-"""Defines the order to a node for one run of the server."""
+"""Defines the task of doing one run of the server on a node."""
 
 from __future__ import annotations
 

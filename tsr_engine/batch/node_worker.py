@@ -1,6 +1,6 @@
 """Does one run in a process of a node: ``python -m tsr_engine.batch.node_worker``.
 
-The pickled order comes on stdin; progress and outcome go to stdout, one line of JSON each. SIGTERM ends the run after
+The pickled task comes on stdin; progress and outcome go to stdout, one line of JSON each. SIGTERM ends the run after
 the current frame. Stored frames are kept, and the next process resumes after them.
 """
 
@@ -34,64 +34,64 @@ PROGRESS_INTERVAL_S: Final = 0.3
 
 
 def main() -> None:
-    """Read an order, run it, and report the outcome."""
+    """Read a task, run it, and report the outcome."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    asked: list[int] = []
-    signal.signal(signal.SIGTERM, lambda sign, _: asked.append(sign))
+    stop_signals: list[int] = []
+    signal.signal(signal.SIGTERM, lambda sign, _: stop_signals.append(sign))
     exit_with_parent(os.getppid())
     os.nice(10)
     try:
-        order: NodeTask = pickle.load(sys.stdin.buffer)  # noqa: S301 - from the parent process
-        send_message({"done": base64.b64encode(pickle.dumps(run_task(order, asked))).decode()})
+        task: NodeTask = pickle.load(sys.stdin.buffer)  # noqa: S301 - from the parent process
+        send_message({"done": base64.b64encode(pickle.dumps(run_task(task, stop_signals))).decode()})
     except TsrError as error:
         send_message({"failed": str(error), "kind": type(error).__name__})
     except MemoryError:
-        send_message({"failed": f"The file needs more than {order.memory_mb} MiB of memory.", "kind": "InputError"})
+        send_message({"failed": f"The file needs more than {task.memory_mb} MiB of memory.", "kind": "InputError"})
 
 
-def run_task(order: NodeTask, asked: list[int]) -> RunReport:
-    """Do an order and report its progress.
+def run_task(task: NodeTask, stop_signals: list[int]) -> RunReport:
+    """Do a task and report its progress.
 
     Args:
-        order: the run.
-        asked: signals that have asked this process to end; the run ends when there is one.
+        task: the run.
+        stop_signals: signals that have asked this process to end; the run ends when there is one.
 
     Raises:
-        UsageError: the order comes from another version.
+        UsageError: the task comes from another version.
         TsrError: the run failed.
     """
     from tsr_engine.pipeline import load_components
     from tsr_engine.runs.track_video import track_video
 
-    if order.version != __version__:
+    if task.version != __version__:
         raise UsageError(
-            f"{os.uname().nodename} has tsr {__version__}, and the server has {order.version}. Install the same "
+            f"{os.uname().nodename} has tsr {__version__}, and the server has {task.version}. Install the same "
             "version on every node."
         )
-    limit_memory(order.memory_mb)
+    limit_memory(task.memory_mb)
     try:
-        components = load_components(order.request.params, order.models)
+        components = load_components(task.request.params, task.models)
     except ModelError as error:
         raise ModelError(f"{os.uname().nodename}: {error}") from None
-    require_models(order.digests, components.models)
-    if order.request.evidence is not None:
-        _wait_for_lock(order.request.evidence)
-    reported = 0.0
+    require_models(task.digests, components.models)
+    if task.request.evidence is not None:
+        _wait_for_lock(task.request.evidence)
+    last_report = 0.0
 
     def show(progress: Progress) -> None:
-        nonlocal reported
-        if time.monotonic() - reported >= PROGRESS_INTERVAL_S:
-            reported = time.monotonic()
+        nonlocal last_report
+        if time.monotonic() - last_report >= PROGRESS_INTERVAL_S:
+            last_report = time.monotonic()
             send_message({"at": asdict(progress)})
 
     with report_compilation(send_note, PROGRESS_INTERVAL_S):
-        return track_video(order.request, components, progress=show, stop=lambda: bool(asked))
+        return track_video(task.request, components, progress=show, stop=lambda: bool(stop_signals))
 
 
 def _wait_for_lock(folder: Path) -> None:
-    until = time.monotonic() + _LOCK_TIMEOUT_S
+    deadline = time.monotonic() + _LOCK_TIMEOUT_S
     while is_locked(folder / LOCK_FILE):
-        if time.monotonic() > until:
+        if time.monotonic() > deadline:
             raise EvidenceError(f"Another process still writes {folder}. Start the run again when it has ended.")
         time.sleep(0.2)
 

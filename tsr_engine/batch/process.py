@@ -1,4 +1,4 @@
-"""Runs one order in a process and waits for it, so that a crash affects no other drive."""
+"""Runs one task in a process and waits for it, so that a crash affects no other drive."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ FrameProgress = Callable[[int, int | None], None]
 
 
 def run_task(
-    order: DriveTask,
-    at: FrameProgress = lambda done, total: None,
-    started: Callable[[subprocess.Popen[str]], None] = lambda _: None,
+    task: DriveTask,
+    progress: FrameProgress = lambda done, total: None,
+    on_start: Callable[[subprocess.Popen[str]], None] = lambda _: None,
     note: Callable[[str], None] = lambda _: None,
 ) -> Outcome:
-    """Run an order in a separate process.
+    """Run a task in a separate process.
 
     Args:
-        order: the order.
-        at: called with frames done, and the total if known.
-        started: called with the process, which the caller may kill.
+        task: the task.
+        progress: called with frames done, and the total if known.
+        on_start: called with the process, which the caller may kill.
         note: called with what the process does before it tracks; empty: that is over.
     """
     environment = {**os.environ, **dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")}
@@ -40,23 +40,23 @@ def run_task(
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8", env=environment,
     )  # fmt: skip
     with process:
-        started(process)
+        on_start(process)
         assert process.stdin is not None
         assert process.stdout is not None
         try:
-            json.dump(order.as_json(), process.stdin)
+            json.dump(task.as_json(), process.stdin)
             process.stdin.close()
         except BrokenPipeError:
             pass  # the process has died; its exit code says so below
         outcome = None
         for line in process.stdout:
-            said = json.loads(line)
-            if "at" in said:
-                at(said["at"], said["of"])
-            elif "note" in said:
-                note(said["note"])
+            message = json.loads(line)
+            if "at" in message:
+                progress(message["at"], message["of"])
+            elif "note" in message:
+                note(message["note"])
             else:
-                outcome = Outcome(said.get("done"), said.get("failed", ""))
+                outcome = Outcome(message.get("done"), message.get("failed", ""))
     return outcome or Outcome(None, _exit_reason(process.returncode), died=True)
 
 

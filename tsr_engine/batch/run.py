@@ -34,8 +34,8 @@ class BatchRequest:
         drives: absolute paths.
         out: folder of the results.
         identity: inputs that decide the results.
-        order: template of the orders; ``video`` and ``folder`` are replaced.
-        place: ``local``, ``ray`` or the ``HOST:PORT`` of a Ray cluster.
+        task: template of the tasks; ``video`` and ``folder`` are replaced.
+        target: ``local``, ``ray`` or the ``HOST:PORT`` of a Ray cluster.
         jobs: processes at a time on this machine.
         restart: whether to discard results of earlier calls.
         ranges: first frame and the frame after the last, for drives that are not tracked whole.
@@ -44,8 +44,8 @@ class BatchRequest:
     drives: Sequence[Path]
     out: Path
     identity: Identity
-    order: DriveTask
-    place: Literal["local", "ray"] | str = "local"
+    task: DriveTask
+    target: Literal["local", "ray"] | str = "local"
     jobs: int = 1
     restart: bool = False
     ranges: Mapping[Path, tuple[int, int | None]] = field(default_factory=dict)
@@ -93,38 +93,38 @@ def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], 
         wanted = {str(path) for path in request.drives}
         todo = [drive for drive in manifest.drives if drive.video in wanted and drive.state != "done"]
         save_manifest(manifest, request.out)
-        pace = _ProgressTracker(manifest, todo)
-        orders = [_make_task(request, drive) for drive in todo]
+        tracker = _ProgressTracker(manifest, todo)
+        tasks = [_make_task(request, drive) for drive in todo]
 
-        def note(text: str) -> None:
+        def show_note(text: str) -> None:
             if text:
-                progress(replace(pace.now(), note=text))
+                progress(replace(tracker.progress(), note=text))
 
-        for place, outcome in _run_tasks(request, orders, pace, stop, note):
-            drive = todo[place]
+        for index, outcome in _run_tasks(request, tasks, tracker, stop, show_note):
+            drive = todo[index]
             if outcome.result is None:
                 drive.state, drive.error, drive.result = "failed", outcome.error, {}
             else:
                 drive.state, drive.error, drive.result = "done", "", outcome.result
             save_manifest(manifest, request.out)
-            pace.ended(place)
-            progress(pace.now())
+            tracker.finish_drive(index)
+            progress(tracker.progress())
         write_summary(manifest, request.out)
         return manifest
 
 
 def _run_tasks(
     request: BatchRequest,
-    orders: list[DriveTask],
-    pace: _ProgressTracker,
+    tasks: list[DriveTask],
+    tracker: _ProgressTracker,
     stop: Callable[[], bool],
     note: Callable[[str], None],
 ) -> Outcomes:
-    if not orders:
+    if not tasks:
         return iter(())
-    if request.place == "local":
-        return run_locally(orders, request.jobs, pace.at, stop, note)
-    return run_on_ray(orders, None if request.place == "ray" else request.place, pace.at, stop, note)
+    if request.target == "local":
+        return run_locally(tasks, request.jobs, tracker.update, stop, note)
+    return run_on_ray(tasks, None if request.target == "ray" else request.target, tracker.update, stop, note)
 
 
 def _load_or_make_manifest(request: BatchRequest) -> Manifest:
@@ -133,17 +133,17 @@ def _load_or_make_manifest(request: BatchRequest) -> Manifest:
         for drive in known.drives:
             shutil.rmtree(unfinished_folder(request.out / drive.folder), ignore_errors=True)
         known = None
-    if known is not None and (differs := request.identity.differences(known.identity)):
-        shown = "; ".join(differs[:3]) + ("; ..." if len(differs) > 3 else "")
+    if known is not None and (differences := request.identity.differences(known.identity)):
+        shown = "; ".join(differences[:3]) + ("; ..." if len(differences) > 3 else "")
         raise UsageError(
             f"{request.out} holds results of another batch ({shown}). Use its own, another --out, or --restart to "
             "track all drives anew."
         )
     manifest = known or Manifest(request.identity, [])
-    there = {drive.video: drive for drive in manifest.drives}
+    drive_by_video = {drive.video: drive for drive in manifest.drives}
     names = folder_names(request.drives, {Path(drive.video): drive.folder for drive in manifest.drives})
     for path in request.drives:
-        if str(path) not in there:
+        if str(path) not in drive_by_video:
             manifest.drives.append(DriveState(str(path), names[path]))
     return manifest
 
@@ -166,10 +166,10 @@ def _reset_changed(manifest: Manifest, out: Path) -> None:
 
 
 def _make_task(request: BatchRequest, drive: DriveState) -> DriveTask:
-    """The order for a drive; its stamp identifies the file and the inputs of its results."""
+    """The task for a drive; its stamp identifies the file and the inputs of its results."""
     start, stop = request.ranges.get(Path(drive.video), (0, None))
     identity = request.identity
-    facts = [
+    inputs = [
         identity.version,
         identity.parameters,
         identity.models,
@@ -180,12 +180,12 @@ def _make_task(request: BatchRequest, drive: DriveState) -> DriveTask:
         stop,
     ]
     return replace(
-        request.order,
+        request.task,
         video=drive.video,
         folder=str(request.out.absolute() / drive.folder),
         start=start,
         stop=stop,
-        stamp=hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest(),
+        stamp=hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest(),
     )
 
 
@@ -203,41 +203,41 @@ def _adopt_finished(manifest: Manifest, request: BatchRequest) -> None:
 
 
 class _ProgressTracker:
-    """Frames and bytes done, for the rate and the time left; ``at`` is called by other threads."""
+    """Frames and bytes done, for the rate and the time left; ``update`` is called by other threads."""
 
     def __init__(self, manifest: Manifest, todo: list[DriveState]) -> None:
         self._manifest = manifest
         self._sizes = [drive.size for drive in todo]
         self._lock = threading.Lock()
         self._frames: dict[int, int] = {}
-        self._first: dict[int, int] = {}
+        self._first_frames: dict[int, int] = {}
         self._shares = [0.0] * len(todo)
-        self._began = time.monotonic()
+        self._start_time = time.monotonic()
 
-    def at(self, place: int, done: int, total: int | None) -> None:
+    def update(self, index: int, done: int, total: int | None) -> None:
         with self._lock:
-            self._first.setdefault(place, done if total is None or done < total else 0)
-            self._frames[place] = done
+            self._first_frames.setdefault(index, done if total is None or done < total else 0)
+            self._frames[index] = done
             if total:
-                self._shares[place] = min(1.0, done / total)
+                self._shares[index] = min(1.0, done / total)
 
-    def ended(self, place: int) -> None:
+    def finish_drive(self, index: int) -> None:
         with self._lock:
-            self._shares[place] = 1.0
+            self._shares[index] = 1.0
 
-    def now(self) -> BatchProgress:
+    def progress(self) -> BatchProgress:
         with self._lock:
-            spent = time.monotonic() - self._began
-            frames = sum(n - self._first[k] for k, n in self._frames.items())
+            elapsed = time.monotonic() - self._start_time
+            frames = sum(n - self._first_frames[k] for k, n in self._frames.items())
             done = sum(share * size for share, size in zip(self._shares, self._sizes, strict=True))
-            left = sum(self._sizes) - done
+            remaining_bytes = sum(self._sizes) - done
         states = [drive.state for drive in self._manifest.drives]
         return BatchProgress(
             states.count("done"),
             states.count("failed"),
             len(states),
-            frames / spent if frames and spent else None,
-            left * spent / done if done else None,
+            frames / elapsed if frames and elapsed else None,
+            remaining_bytes * elapsed / done if done else None,
         )
 
 

@@ -1,4 +1,4 @@
-"""Defines the order to a process about one drive, and its outcome; both are JSON."""
+"""Defines the task of tracking one drive in another process, and its outcome; both are JSON."""
 
 from __future__ import annotations
 
@@ -44,16 +44,16 @@ class DriveTask:
     stamp: str = ""
 
     def as_json(self) -> JsonObject:
-        """The order for another process."""
+        """The task for another process."""
         return asdict(self)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of an order.
+    """The outcome of a task.
 
     Attributes:
-        result: figures; None: the order failed.
+        result: figures; None: the task failed.
         error: one sentence; empty: success.
         died: whether the process ended without a message, so that another try may succeed.
     """

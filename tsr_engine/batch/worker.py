@@ -1,6 +1,6 @@
 """Tracks one drive in its own process: ``python -m tsr_engine.batch.worker``.
 
-The order comes on stdin; progress and outcome go to stdout, one line of JSON each.
+The task comes on stdin; progress and outcome go to stdout, one line of JSON each.
 
 The results are made in a hidden folder with a fixed name beside their destination. After a kill the next process
 resumes the evidence after its last stored frame. The folder is renamed when all is complete.
@@ -40,13 +40,13 @@ def unfinished_folder(folder: Path) -> Path:
 
 
 def main() -> None:
-    """Read an order, run it, and report the outcome."""
+    """Read a task, run it, and report the outcome."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole process group; the parent decides
     exit_with_parent(os.getppid())
     try:
-        order = DriveTask(**json.load(sys.stdin))
-        limit_memory(order.memory_mb)
-        send_message({"done": _track(order)})
+        task = DriveTask(**json.load(sys.stdin))
+        limit_memory(task.memory_mb)
+        send_message({"done": _track(task)})
     except TsrError as error:
         send_message({"failed": str(error)})
     except MemoryError:
@@ -57,47 +57,47 @@ def main() -> None:
         )
 
 
-def _track(order: DriveTask) -> JsonObject:
+def _track(task: DriveTask) -> JsonObject:
     from tsr_engine.params import Params
     from tsr_engine.pipeline import Network, load_components
     from tsr_engine.runs.report_json import report_as_json
     from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 
-    folder = Path(order.folder)
+    folder = Path(task.folder)
     work = unfinished_folder(folder)
-    params = Params.model_validate(order.parameters)
-    network = None if order.onnx is None else Network(Path(order.onnx[0]), tuple(order.onnx[1]), order.onnx[2])
-    components = load_components(params, None if order.models is None else Path(order.models), network)
-    require_models(order.digests, components.models)
+    params = Params.model_validate(task.parameters)
+    network = None if task.onnx is None else Network(Path(task.onnx[0]), tuple(task.onnx[1]), task.onnx[2])
+    components = load_components(params, None if task.models is None else Path(task.models), network)
+    require_models(task.digests, components.models)
     try:
         work.mkdir(parents=True, exist_ok=True)
         lock = _lock(work)
     except OSError as error:
         raise StorageError(f"{work} cannot be written: {error.strerror}.") from None
-    reported = 0.0
+    last_report = 0.0
 
-    def show(at: Progress) -> None:
-        nonlocal reported
-        if time.monotonic() - reported >= _PROGRESS_INTERVAL_S:
-            reported = time.monotonic()
-            send_message({"at": at.done, "of": at.total})
+    def show(progress: Progress) -> None:
+        nonlocal last_report
+        if time.monotonic() - last_report >= _PROGRESS_INTERVAL_S:
+            last_report = time.monotonic()
+            send_message({"at": progress.done, "of": progress.total})
 
     request = RunRequest(
-        Path(order.video),
+        Path(task.video),
         params,
-        work / "evidence" if order.evidence else None,
-        work / "tracks.csv" if order.csv else None,
-        work / "seen.mp4" if order.annotated else None,
-        start=order.start,
-        stop=order.stop,
-        cores=order.cores,
+        work / "evidence" if task.evidence else None,
+        work / "tracks.csv" if task.csv else None,
+        work / "seen.mp4" if task.annotated else None,
+        start=task.start,
+        stop=task.stop,
+        cores=task.cores,
     )
     try:
         with report_compilation(send_note, _PROGRESS_INTERVAL_S):
             report = report_as_json(track_video(request, components, progress=show), request)
         for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", "seen.mp4")):
             report[key] = name if report[key] is not None else None
-        report["stamp"] = order.stamp
+        report["stamp"] = task.stamp
         (work / REPORT_FILE).write_text(json.dumps(report, indent=1, allow_nan=False), encoding="utf-8")
         _publish(work, folder)
     except OSError as error:
@@ -109,12 +109,12 @@ def _track(order: DriveTask) -> JsonObject:
 
 def _lock(work: Path) -> int:
     handle = os.open(work, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    until = time.monotonic() + _LOCK_TIMEOUT_S
+    deadline = time.monotonic() + _LOCK_TIMEOUT_S
     while True:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            if time.monotonic() > until:
+            if time.monotonic() > deadline:
                 os.close(handle)
                 raise StorageError(f"Another process still works in {work}. Try again when it has ended.") from None
             time.sleep(0.2)

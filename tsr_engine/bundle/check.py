@@ -34,7 +34,7 @@ _EVENT_KINDS = {"born", "confirmed", "rejected", "relocalised", "missed", "died"
 
 
 def check_and_unpack(
-    path: Path, folder: Path, limits: VideoLimits, known: Callable[[Bundle], object] = lambda _: None
+    path: Path, folder: Path, limits: VideoLimits, on_manifest: Callable[[Bundle], object] = lambda _: None
 ) -> JsonObject:
     """Check a bundle as a whole.
 
@@ -42,7 +42,7 @@ def check_and_unpack(
         path: the zip file.
         folder: exists and is empty.
         limits: limits on the clip.
-        known: called after the manifest has been read, before the clip is decoded.
+        on_manifest: called after the manifest has been read, before the clip is decoded.
 
     Returns:
         Facts: ``frames`` (of the clip), ``other_pictures``, ``tracks`` (track -> first and last frame in the clip).
@@ -52,58 +52,58 @@ def check_and_unpack(
         VideoError: the clip cannot be decoded.
         EvidenceError: the evidence is damaged, or of another version.
     """
-    place = folder / "bundle"
-    place.mkdir()
-    bundle = read_bundle(path, place)
-    known(bundle)
-    frames, other = _decode(bundle, limits)
+    unpacked = folder / "bundle"
+    unpacked.mkdir()
+    bundle = read_bundle(path, unpacked)
+    on_manifest(bundle)
+    frames, other_pictures = _decode(bundle, limits)
     tracks = _rewrite(bundle, folder / EVIDENCE)
-    return {"frames": frames, "other_pictures": other, "tracks": tracks}
+    return {"frames": frames, "other_pictures": other_pictures, "tracks": tracks}
 
 
 def _decode(bundle: Bundle, limits: VideoLimits) -> tuple[int, int]:
     """Decode the whole clip; return the numbers of its frames and of pictures that differ from the manifest."""
-    facts = bundle.manifest.clip
+    info = bundle.manifest.clip
     digests = {frame.clip: frame.digest for frame in bundle.frames}
-    count = other = 0
+    count = other_pictures = 0
     with open_video(bundle.clip, limits=limits) as video:
-        if (video.width, video.height) != (facts.width, facts.height):
+        if (video.width, video.height) != (info.width, info.height):
             raise ImportFormatError(
-                f"{bundle.name}: {facts.file} has pictures of {video.width}x{video.height}, its manifest says "
-                f"{facts.width}x{facts.height}. Make the bundle anew."
+                f"{bundle.name}: {info.file} has pictures of {video.width}x{video.height}, its manifest says "
+                f"{info.width}x{info.height}. Make the bundle anew."
             )
         for frame in video.frames():
             count += 1
             wanted = digests.pop(frame.ordinal, None)
-            other += wanted is not None and picture_digest(frame.picture) != wanted
+            other_pictures += wanted is not None and picture_digest(frame.picture) != wanted
     if digests:
-        raise ImportFormatError(f"{bundle.name}: {facts.file} ends before frame {min(digests)}. Copy the bundle again.")
-    return count, other
+        raise ImportFormatError(f"{bundle.name}: {info.file} ends before frame {min(digests)}. Copy the bundle again.")
+    return count, other_pictures
 
 
 def _rewrite(bundle: Bundle, folder: Path) -> dict[str, tuple[int, int]]:
     """Rewrite the evidence with the clip's frame numbers, through the records, so that nothing else is copied."""
-    facts = bundle.manifest
+    info = bundle.manifest
     with open_evidence(bundle) as reader:
         header = reader.header
         first, last = reader.first_frame, reader.last_frame
-        if (first, last) != (facts.frames.start, facts.frames.stop - 1):
+        if (first, last) != (info.frames.start, info.frames.stop - 1):
             raise ImportFormatError(f"{bundle.name}: the evidence is of other frames. Make the bundle anew.")
         for key in ("width", "height"):
-            if header.frame_table.get(key) != getattr(facts.clip, key):
+            if header.frame_table.get(key) != getattr(info.clip, key):
                 raise ImportFormatError(f"{bundle.name}: the evidence is of pictures of another size. Make it anew.")
-        clip = VideoIdentity(facts.clip.file, facts.clip.sha256, bundle.clip.stat().st_size)
-        table = {**header.frame_table, "frames": facts.frames.stop - facts.clip.offset}
-        again = replace(header, video=clip, frame_table=table)
+        clip = VideoIdentity(info.clip.file, info.clip.sha256, bundle.clip.stat().st_size)
+        table = {**header.frame_table, "frames": info.frames.stop - info.clip.offset}
+        new_header = replace(header, video=clip, frame_table=table)
         try:
             write_slice(
                 reader,
                 folder,
-                facts.frames.start,
-                facts.frames.stop,
-                again,
-                offset=facts.clip.offset,
-                seen=lambda frame: _check_frame(bundle, frame),
+                info.frames.start,
+                info.frames.stop,
+                new_header,
+                offset=info.clip.offset,
+                on_frame=lambda frame: _check_frame(bundle, frame),
             )
         except (ValueError, TypeError, KeyError, AttributeError, OverflowError) as error:
             raise EvidenceError(f"{bundle.name}: the evidence is damaged ({type(error).__name__}).") from None
@@ -113,20 +113,20 @@ def _rewrite(bundle: Bundle, folder: Path) -> dict[str, tuple[int, int]]:
 
 def _check_frame(bundle: Bundle, frame: FrameEvidence) -> None:
     """Check the guarantees that the page relies on."""
-    facts = bundle.manifest.clip
-    wrong = (frame.width, frame.height) != (facts.width, facts.height)
-    wrong |= not np.isfinite(frame.seconds)
+    info = bundle.manifest.clip
+    is_invalid = (frame.width, frame.height) != (info.width, info.height)
+    is_invalid |= not np.isfinite(frame.seconds)
     for track in frame.tracks:
-        wrong |= track.state not in _STATES or track.source not in SOURCES
-        wrong |= not np.isfinite(track.box).all() or not 0 < track.track_id < 10**12
-        if (seen := track.recognition) is not None:
-            classes = len(seen.votes)
-            wrong |= not (0 <= seen.class_id < classes and 0 <= seen.runner_up < classes)
-            wrong |= seen.probabilities.shape != seen.votes.shape or classes > MAX_LABELS
-    wrong |= any(event.kind not in _EVENT_KINDS for event in frame.events)
-    wrong |= not np.isfinite(frame.detections.boxes).all()
+        is_invalid |= track.state not in _STATES or track.source not in SOURCES
+        is_invalid |= not np.isfinite(track.box).all() or not 0 < track.track_id < 10**12
+        if (recognition := track.recognition) is not None:
+            classes = len(recognition.votes)
+            is_invalid |= not (0 <= recognition.class_id < classes and 0 <= recognition.runner_up < classes)
+            is_invalid |= recognition.probabilities.shape != recognition.votes.shape or classes > MAX_LABELS
+    is_invalid |= any(event.kind not in _EVENT_KINDS for event in frame.events)
+    is_invalid |= not np.isfinite(frame.detections.boxes).all()
     for region in frame.regions:
         height, width = region.pixels.shape[:2]
-        wrong |= region.x < 0 or region.y < 0 or region.x + width > frame.width or region.y + height > frame.height
-    if wrong:
-        raise EvidenceError(f"{bundle.name}: the evidence of frame {frame.ordinal + facts.offset} is damaged.")
+        is_invalid |= region.x < 0 or region.y < 0 or region.x + width > frame.width or region.y + height > frame.height
+    if is_invalid:
+        raise EvidenceError(f"{bundle.name}: the evidence of frame {frame.ordinal + info.offset} is damaged.")

@@ -111,15 +111,17 @@ def cut_clip(
     """
     allowed = VideoLimits() if limits is None else limits
     with open_video(path, limits=allowed, table=table) as video:
-        facts = []
+        decoded = []
         for frame in video.frames(start, stop):
-            facts.append((frame.ordinal, frame.seconds, picture_digest(frame.picture)))
-            progress(len(facts))
-        if len(facts) != stop - start:
-            raise VideoError(f"{path} ends at frame {start + len(facts) - 1}. Expected frames up to {stop - 1}.")
+            decoded.append((frame.ordinal, frame.seconds, picture_digest(frame.picture)))
+            progress(len(decoded))
+        if len(decoded) != stop - start:
+            raise VideoError(f"{path} ends at frame {start + len(decoded) - 1}. Expected frames up to {stop - 1}.")
         try:
-            place, offset = _copy(video, start, stop, folder, allowed)
-            clip = Clip(place, offset, _clip_frames(facts, offset), True, "The packets of the video, not encoded anew.")
+            clip_path, offset = _copy(video, start, stop, folder, allowed)
+            clip = Clip(
+                clip_path, offset, _clip_frames(decoded, offset), True, "The packets of the video, not encoded anew."
+            )
             _verify(clip, allowed, progress)
         except UnfitPackets as error:
             cause = str(error)
@@ -129,11 +131,11 @@ def cut_clip(
             cause = "the copy cannot be read"
         else:
             return clip
-        for left in folder.glob(f"{CLIP_STEM}.*"):
-            left.unlink()
-        place = _store_lossless(video, start, stop, folder)
+        for leftover in folder.glob(f"{CLIP_STEM}.*"):
+            leftover.unlink()
+        clip_path = _store_lossless(video, start, stop, folder)
     how = f"Every picture stored anew without loss (FFV1), because {cause}."
-    clip = Clip(place, start, _clip_frames(facts, start), False, how)
+    clip = Clip(clip_path, start, _clip_frames(decoded, start), False, how)
     try:
         _verify(clip, allowed, progress)
     except UnfitPackets as error:
@@ -141,8 +143,8 @@ def cut_clip(
     return clip
 
 
-def _clip_frames(facts: list[tuple[int, float, str]], offset: int) -> tuple[ClipFrame, ...]:
-    return tuple(ClipFrame(ordinal, ordinal - offset, seconds, digest) for ordinal, seconds, digest in facts)
+def _clip_frames(decoded: list[tuple[int, float, str]], offset: int) -> tuple[ClipFrame, ...]:
+    return tuple(ClipFrame(ordinal, ordinal - offset, seconds, digest) for ordinal, seconds, digest in decoded)
 
 
 def _verify(clip: Clip, limits: VideoLimits, progress: Callable[[int], None]) -> None:
@@ -174,21 +176,21 @@ def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits
         check_kind(kind)
         mp4 = kind.demuxer == "mov"
         packets = _packets(container, stream, wanted.tolist())
-        place = folder / f"{CLIP_STEM}.{'mp4' if mp4 else 'mkv'}"
+        target = folder / f"{CLIP_STEM}.{'mp4' if mp4 else 'mkv'}"
         # No dates and no random names, so that equal input gives equal bytes.
         copy_packets(
-            place, stream, packets, presentation_times(packets), "mp4" if mp4 else "matroska", {"fflags": "+bitexact"}
+            target, stream, packets, presentation_times(packets), "mp4" if mp4 else "matroska", {"fflags": "+bitexact"}
         )
-    return place, offset
+    return target, offset
 
 
 def _packets(container: InputContainer, stream: av.VideoStream, wanted: list[int]) -> list[av.Packet]:
     """Packets in decoding order, from the one that shows the first wanted picture until all are found."""
-    for place in (wanted[0], None):
-        if place is None:
+    for seek_time in (wanted[0], None):
+        if seek_time is None:
             container.seek(-(2**40), stream=stream, backward=True)
         else:
-            container.seek(place, stream=stream, backward=True)
+            container.seek(seek_time, stream=stream, backward=True)
         found = _collect_packets(container, stream, wanted)
         if found:
             return found
@@ -220,8 +222,8 @@ def _collect_packets(container: InputContainer, stream: av.VideoStream, wanted: 
 
 def _store_lossless(video: Video, start: int, stop: int, folder: Path) -> Path:
     """Store the upright pictures without loss, each independently."""
-    place = folder / f"{CLIP_STEM}.mkv"
-    with av.open(str(place), "w", format="matroska", options={"fflags": "+bitexact"}) as out:
+    target = folder / f"{CLIP_STEM}.mkv"
+    with av.open(str(target), "w", format="matroska", options={"fflags": "+bitexact"}) as out:
         stream = out.add_stream("ffv1", rate=video.rate.limit_denominator(100_000))
         stream.width, stream.height, stream.pix_fmt = video.width, video.height, "bgr0"
         stream.codec_context.time_base = Fraction(1, _TICKS_PER_SECOND)
@@ -230,9 +232,9 @@ def _store_lossless(video: Video, start: int, stop: int, folder: Path) -> Path:
         stream.codec_context.options = {"level": "3", "g": "1", "slicecrc": "1"}
         for packet in _encoded(stream, video.frames(start, stop)):
             out.mux(packet)
-            if place.stat().st_size > MAX_BYTES:
+            if target.stat().st_size > MAX_BYTES:
                 raise UsageError(f"The clip would have more than {MAX_BYTES >> 30} GiB. Choose fewer frames.")
-    return place
+    return target
 
 
 def _encoded(stream: av.VideoStream, frames: Iterator[Frame]) -> Iterator[av.Packet]:

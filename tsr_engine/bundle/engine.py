@@ -24,11 +24,11 @@ class Decoding:
 
     Attributes:
         frames: number of decoded pictures.
-        other: number of those that differ from the pictures of which the bundle was made.
+        other_pictures: number of those that differ from the pictures of which the bundle was made.
     """
 
     frames: int = 0
-    other: int = 0
+    other_pictures: int = 0
 
 
 def run_engine(
@@ -56,35 +56,35 @@ def run_engine(
     Raises:
         VideoError: the clip cannot be decoded, is too short, or has pictures of another size.
     """
-    facts = bundle.manifest
+    manifest = bundle.manifest
     with open_video(bundle.clip, limits=limits) as video:
-        if (video.width, video.height) != (facts.clip.width, facts.clip.height):
+        if (video.width, video.height) != (manifest.clip.width, manifest.clip.height):
             raise VideoError(
-                f"{facts.clip.file} of {bundle.name} has pictures of {video.width}x{video.height}, expected "
-                f"{facts.clip.width}x{facts.clip.height}. Make the bundle anew."
+                f"{manifest.clip.file} of {bundle.name} has pictures of {video.width}x{video.height}, expected "
+                f"{manifest.clip.width}x{manifest.clip.height}. Make the bundle anew."
             )
         core = TrackingCore(
             params,
             components.parts,
             video.width,
             video.height,
-            interval=facts.run.interval,
-            first_id=facts.frames.first_id,
+            interval=manifest.run.interval,
+            first_id=manifest.frames.first_id,
         )
         detector, tracking = VideoDetector(components.detector), params.tracking
-        shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
+        shift_estimator = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
         pictures = video.frames(bundle.frames[0].clip, bundle.frames[-1].clip + 1)
         for wanted, frame in zip(bundle.frames, pictures, strict=False):
-            decoding.other += picture_digest(frame.picture) != wanted.digest
+            decoding.other_pictures += picture_digest(frame.picture) != wanted.digest
             detections = detector.detect(wanted.ordinal, frame.picture)
-            moved = shift.step(frame.picture) if tracking.use_camera_shift else (0.0, 0.0)
+            camera_shift = shift_estimator.step(frame.picture) if tracking.use_camera_shift else (0.0, 0.0)
             pixels = FramePixels(frame.picture)
             revisit = detector.revisit(frame.picture, detections)
-            yield core.step(FrameInput(wanted.ordinal, wanted.seconds, detections, moved, pixels, revisit))
+            yield core.step(FrameInput(wanted.ordinal, wanted.seconds, detections, camera_shift, pixels, revisit))
             decoding.frames += 1
             progress(decoding.frames, len(bundle.frames))
     if decoding.frames != len(bundle.frames):
         raise VideoError(
-            f"{facts.clip.file} of {bundle.name} ends after {decoding.frames} of {len(bundle.frames)} frames. "
+            f"{manifest.clip.file} of {bundle.name} ends after {decoding.frames} of {len(bundle.frames)} frames. "
             "Copy the bundle again."
         )

@@ -22,7 +22,7 @@ def write_slice(
     header: RunHeader,
     *,
     offset: int = 0,
-    seen: Callable[[FrameEvidence], object] = lambda _frame: None,
+    on_frame: Callable[[FrameEvidence], object] = lambda _frame: None,
 ) -> int:
     """Write the frames ``start <= k < stop``; return their number.
 
@@ -33,15 +33,15 @@ def write_slice(
         stop: frame after the last.
         header: header of the new store.
         offset: subtracted from every frame number.
-        seen: called with each frame when it is written.
+        on_frame: called with each frame when it is written.
     """
     count = 0
     with EvidenceWriter.create(folder, header, chunk=64, overwrite=True) as writer:
         for frame, (_, entry) in zip(reader.frames(start, stop), reader.frame_table(start, stop), strict=True):
-            again = shift_frame(frame, offset) if offset else frame
+            shifted = shift_frame(frame, offset) if offset else frame
             # Pictures of a clip have other times; the times that the engine got stay in ``seconds``.
-            writer.append(again, replace(entry, pts=None) if offset else entry)
-            seen(again)
+            writer.append(shifted, replace(entry, pts=None) if offset else entry)
+            on_frame(shifted)
             count += 1
     (folder / LOCK_FILE).unlink(missing_ok=True)
     return count

@@ -61,7 +61,7 @@ class ExpectedSign(_Part):
                 raise ValueError(f"the box of frame {frame} is not x1, y1, x2, y2 with x1 < x2 and y1 < y2")
         return self
 
-    def seen(self) -> list[tuple[int, tuple[float, float, float, float]]]:
+    def visible_boxes(self) -> list[tuple[int, tuple[float, float, float, float]]]:
         """Frames and boxes in which it is visible."""
         hidden = set(self.hidden)
         return [(f, box) for f, box in zip(self.frames, self.boxes, strict=True) if f not in hidden]
@@ -118,19 +118,19 @@ class Expectation(_Part):
 
     @model_validator(mode="after")
     def _check(self) -> Expectation:
-        for one in self.expected:
-            if one.class_id is not None and one.class_id >= len(self.labels or default_keys()):
-                raise ValueError(f"{one.id}: class_id {one.class_id} is none of the model's classes")
-        names = [one.id for one in self.expected]
+        for expected in self.expected:
+            if expected.class_id is not None and expected.class_id >= len(self.labels or default_keys()):
+                raise ValueError(f"{expected.id}: class_id {expected.class_id} is none of the model's classes")
+        names = [expected.id for expected in self.expected]
         if len(set(names)) != len(names):
             raise ValueError("two expectations have the same id")
-        for one in self.expected:
-            for name in (one.sign, one.other):
+        for expected in self.expected:
+            for name in (expected.sign, expected.other):
                 if name is not None and name not in self.signs:
-                    raise ValueError(f"{one.id}: there is no sign {name!r}")
-            strange = set(one.frames) - set(self.signs[one.sign].frames)
-            if strange:
-                raise ValueError(f"{one.id}: its sign has no box in frame {min(strange)}")
+                    raise ValueError(f"{expected.id}: there is no sign {name!r}")
+            unknown_frames = set(expected.frames) - set(self.signs[expected.sign].frames)
+            if unknown_frames:
+                raise ValueError(f"{expected.id}: its sign has no box in frame {min(unknown_frames)}")
         return self
 
     def text(self) -> str:
@@ -157,7 +157,7 @@ def read_expectation(path: Path) -> Expectation:
         raise ImportFormatError(f"Cannot read {path}: {error.strerror}. Check the path.") from None
     except ValidationError as error:
         first = error.errors()[0]
-        place = ".".join(map(str, first["loc"])) or "it"
-        raise ImportFormatError(f"{path.name}, {place[:120]}: {first['msg'][:200]}. See docs/bundles.md.") from None
+        key_path = ".".join(map(str, first["loc"])) or "it"
+        raise ImportFormatError(f"{path.name}, {key_path[:120]}: {first['msg'][:200]}. See docs/bundles.md.") from None
     except (ValueError, RecursionError):
         raise ImportFormatError(f"{path.name} is not JSON. See docs/bundles.md for what it holds.") from None

@@ -35,14 +35,14 @@ class Finding:
 def judge(expectation: Expectation, output: Output) -> list[Finding]:
     """Compare an output with all expectations, in their order."""
     findings = []
-    for one in expectation.expected:
-        sign = expectation.signs[one.sign]
-        met, got, frame = _RULES[one.kind](one, sign, expectation, output)
-        findings.append(Finding(one.id, met, describe_expectation(one, expectation), got, frame))
+    for expected in expectation.expected:
+        sign = expectation.signs[expected.sign]
+        met, got, frame = _RULES[expected.kind](expected, sign, expectation, output)
+        findings.append(Finding(expected.id, met, describe_expectation(expected, expectation), got, frame))
     return findings
 
 
-def overall_verdict(before: Sequence[Finding], now: Sequence[Finding], same: bool) -> Verdict:
+def overall_verdict(old_findings: Sequence[Finding], new_findings: Sequence[Finding], same_output: bool) -> Verdict:
     """The verdict on a replay.
 
     * ``fixed``: there are expectations, and all are met;
@@ -52,39 +52,40 @@ def overall_verdict(before: Sequence[Finding], now: Sequence[Finding], same: boo
       the output has changed, and a person must look at it.
 
     Args:
-        before: findings of the output in the bundle.
-        now: findings of the replay, for the same expectations in the same order.
-        same: whether the two outputs are the same.
+        old_findings: findings of the output in the bundle.
+        new_findings: findings of the replay, for the same expectations in the same order.
+        same_output: whether the two outputs are the same.
     """
-    if not now:
-        return "unchanged" if same else "different"
-    if all(finding.met for finding in now):
+    if not new_findings:
+        return "unchanged" if same_output else "different"
+    if all(finding.met for finding in new_findings):
         return "fixed"
-    failed = {finding.id for finding in before if not finding.met}
-    return "still broken" if any(not finding.met and finding.id in failed for finding in now) else "different"
+    failed = {finding.id for finding in old_findings if not finding.met}
+    return "still broken" if any(not finding.met and finding.id in failed for finding in new_findings) else "different"
 
 
-def describe_expectation(one: Expected, expectation: Expectation) -> str:
+def describe_expectation(expected: Expected, expectation: Expectation) -> str:
     """An expectation as a sentence."""
     bounds = expectation.bounds
-    sign = expectation.signs[one.sign]
+    sign = expectation.signs[expected.sign]
     span = f"frame {sign.frames[0]}" if len(sign.frames) == 1 else f"frames {sign.frames[0]} to {sign.frames[-1]}"
-    called = _sign_name(one.sign, sign)
-    if one.kind == "found":
-        return f"The sign {called} ({span}) is found in at least {bounds.share:.0%} of its frames."
-    if one.kind == "label":
-        return f"The sign {called} ({span}) is labelled {expectation.class_name(one.class_id)}."
-    if one.kind == "boxes":
+    sign_name = _sign_name(expected.sign, sign)
+    if expected.kind == "found":
+        return f"The sign {sign_name} ({span}) is found in at least {bounds.share:.0%} of its frames."
+    if expected.kind == "label":
+        return f"The sign {sign_name} ({span}) is labelled {expectation.class_name(expected.class_id)}."
+    if expected.kind == "boxes":
         return (
-            f"A box lies on the sign {called} in {_frames(one.frames)}; at most {bounds.eq7:g} of the two areas lies "
-            "outside of their overlap (Eq. 7)."
+            f"A box lies on the sign {sign_name} in {_frames(expected.frames)}; at most {bounds.eq7:g} of the two "
+            "areas lies outside of their overlap (Eq. 7)."
         )
-    if one.kind == "absent":
-        return f"Nothing is tracked where the box {called} lies ({span}): there is no sign."
-    if one.kind == "one":
-        return f"The sign {called} ({span}) is one track."
-    assert one.other is not None
-    return f"The sign {called} and the sign {_sign_name(one.other, expectation.signs[one.other])} are two tracks."
+    if expected.kind == "absent":
+        return f"Nothing is tracked where the box {sign_name} lies ({span}): there is no sign."
+    if expected.kind == "one":
+        return f"The sign {sign_name} ({span}) is one track."
+    assert expected.other is not None
+    other_name = _sign_name(expected.other, expectation.signs[expected.other])
+    return f"The sign {sign_name} and the sign {other_name} are two tracks."
 
 
 def _sign_name(key: str, sign: ExpectedSign) -> str:
@@ -98,32 +99,32 @@ def _sign_name(key: str, sign: ExpectedSign) -> str:
 _Answer = tuple[bool, str, int]
 
 
-def _found(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
-    seen = sign.seen()
-    missed = [frame for frame, box in seen if not output.on(frame, box, whole.bounds.iou)]
-    share = 1.0 - len(missed) / len(seen) if seen else 1.0
-    met = share >= whole.bounds.share
+def _found(expected: Expected, sign: ExpectedSign, expectation: Expectation, output: Output) -> _Answer:
+    visible = sign.visible_boxes()
+    missed = [frame for frame, box in visible if not output.tracks_on(frame, box, expectation.bounds.iou)]
+    share = 1.0 - len(missed) / len(visible) if visible else 1.0
+    met = share >= expectation.bounds.share
     return (
         met,
-        f"A track lies on it in {len(seen) - len(missed)} of {len(seen)} frames.",
+        f"A track lies on it in {len(visible) - len(missed)} of {len(visible)} frames.",
         _first_failed_frame(missed, sign, met),
     )
 
 
-def _label(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
-    counts = _tracks_on(sign, whole.bounds, output)
+def _label(expected: Expected, sign: ExpectedSign, expectation: Expectation, output: Output) -> _Answer:
+    counts = _tracks_on(sign, expectation.bounds, output)
     if not counts:
         return False, "No track lies on it.", sign.frames[0]
     track = min(counts, key=lambda t: (-counts[t], t))
     label = output.class_of(track)
-    return label == one.class_id, f"Track {track} is labelled {whole.class_name(label)}.", sign.frames[-1]
+    return label == expected.class_id, f"Track {track} is labelled {expectation.class_name(label)}.", sign.frames[-1]
 
 
-def _boxes(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
-    place = dict(zip(sign.frames, sign.boxes, strict=True))
-    errors = {frame: output.error(frame, place[frame]) for frame in one.frames}
+def _boxes(expected: Expected, sign: ExpectedSign, expectation: Expectation, output: Output) -> _Answer:
+    box_by_frame = dict(zip(sign.frames, sign.boxes, strict=True))
+    errors = {frame: output.error(frame, box_by_frame[frame]) for frame in expected.frames}
     worst = max(errors, key=lambda frame: errors[frame])
-    wrong = [frame for frame, error in errors.items() if error > whole.bounds.eq7]
+    wrong = [frame for frame, error in errors.items() if error > expectation.bounds.eq7]
     text = f"The largest Eq. 7 is {errors[worst]:.2f}, in frame {worst}."
     if wrong:
         off = "The box is off." if len(errors) == 1 else f"{len(wrong)} of {len(errors)} boxes are off."
@@ -131,30 +132,34 @@ def _boxes(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output
     return not wrong, text, worst
 
 
-def _absent(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
-    seen = sign.seen()
-    there = {frame: tracks[0] for frame, box in seen if (tracks := output.on(frame, box, whole.bounds.iou))}
-    if not there:
+def _absent(expected: Expected, sign: ExpectedSign, expectation: Expectation, output: Output) -> _Answer:
+    visible = sign.visible_boxes()
+    track_by_frame = {
+        frame: tracks[0] for frame, box in visible if (tracks := output.tracks_on(frame, box, expectation.bounds.iou))
+    }
+    if not track_by_frame:
         return True, "Nothing is tracked there.", sign.frames[0]
-    first = min(there)
-    names = ", ".join(map(str, sorted(set(there.values()))[:5]))
-    return False, f"Track {names} lies there in {len(there)} of {len(seen)} frames.", first
+    first = min(track_by_frame)
+    names = ", ".join(map(str, sorted(set(track_by_frame.values()))[:5]))
+    return False, f"Track {names} lies there in {len(track_by_frame)} of {len(visible)} frames.", first
 
 
-def _one(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
-    counts = _tracks_on(sign, whole.bounds, output)
+def _one(expected: Expected, sign: ExpectedSign, expectation: Expectation, output: Output) -> _Answer:
+    counts = _tracks_on(sign, expectation.bounds, output)
     if len(counts) == 1:
         return True, f"Track {next(iter(counts))} lies on it.", sign.frames[0]
     if not counts:
         return False, "No track lies on it.", sign.frames[0]
     names = ", ".join(map(str, sorted(counts)[:8]))
-    return False, f"{len(counts)} tracks lie on it: {names}.", _first_second_track(sign, whole.bounds, output)
+    return False, f"{len(counts)} tracks lie on it: {names}.", _first_second_track(sign, expectation.bounds, output)
 
 
-def _apart(one: Expected, sign: ExpectedSign, whole: Expectation, output: Output) -> _Answer:
-    assert one.other is not None
-    other = whole.signs[one.other]
-    both = sorted(_tracks_on(sign, whole.bounds, output).keys() & _tracks_on(other, whole.bounds, output).keys())
+def _apart(expected: Expected, sign: ExpectedSign, expectation: Expectation, output: Output) -> _Answer:
+    assert expected.other is not None
+    other = expectation.signs[expected.other]
+    both = sorted(
+        _tracks_on(sign, expectation.bounds, output).keys() & _tracks_on(other, expectation.bounds, output).keys()
+    )
     if not both:
         return True, "No track lies on both.", other.frames[0]
     return False, f"Track {', '.join(map(str, both[:8]))} lies on both.", other.frames[0]
@@ -166,16 +171,16 @@ _RULES = {"found": _found, "label": _label, "boxes": _boxes, "absent": _absent, 
 def _tracks_on(sign: ExpectedSign, bounds: Bounds, output: Output) -> Counter[int]:
     """Number of frames in which each track lies on a sign, without frames in which the sign is hidden."""
     counts: Counter[int] = Counter()
-    for frame, box in sign.seen():
-        counts.update(output.on(frame, box, bounds.iou))
+    for frame, box in sign.visible_boxes():
+        counts.update(output.tracks_on(frame, box, bounds.iou))
     return counts
 
 
 def _first_second_track(sign: ExpectedSign, bounds: Bounds, output: Output) -> int:
     """The first frame in which a second track lies on a sign."""
     known: set[int] = set()
-    for frame, box in sign.seen():
-        known.update(output.on(frame, box, bounds.iou))
+    for frame, box in sign.visible_boxes():
+        known.update(output.tracks_on(frame, box, bounds.iou))
         if len(known) > 1:
             return frame
     return sign.frames[0]

@@ -25,22 +25,22 @@ class LeadIn:
     Attributes:
         start: first frame of the engine.
         first_id: number of the first track that is born from there on.
-        whole: whether the run's state is rebuilt exactly; False: tracks that were alive at ``start`` are missing and
+        is_exact: whether the run's state is rebuilt exactly; False: tracks that were alive at ``start`` are missing and
             must be found again.
     """
 
     start: int
     first_id: int
-    whole: bool
+    is_exact: bool
 
 
-def find_lead_in(reader: EvidenceReader, first: int, *, most: int = MAX_LEAD_FRAMES) -> LeadIn:
+def find_lead_in(reader: EvidenceReader, first: int, *, max_frames: int = MAX_LEAD_FRAMES) -> LeadIn:
     """Find the lead-in to the frames from ``first`` on.
 
     Args:
         reader: the run.
         first: first frame of the range.
-        most: largest number of frames before it.
+        max_frames: largest number of frames before it.
 
     Raises:
         EvidenceError: the run has stored no frame.
@@ -51,16 +51,16 @@ def find_lead_in(reader: EvidenceReader, first: int, *, most: int = MAX_LEAD_FRA
         raise EvidenceError(f"{reader.folder} holds no frames. Track the video first.")
     if not begin <= first <= last:
         raise UsageError(f"The run has the frames {begin} to {last}. Got {first}; choose frames among them.")
-    quiet = reader.last_empty_frame(before=first)
-    start = begin if quiet is None else quiet
-    whole = first - start <= most
-    if not whole:
-        start = first - most
+    empty_frame = reader.last_empty_frame(before=first)
+    start = begin if empty_frame is None else empty_frame
+    is_exact = first - start <= max_frames
+    if not is_exact:
+        start = first - max_frames
     # Numbers count births, so the smallest later number is the next one. In the frame without tracks none is born.
-    before, after = 0, []
+    last_earlier_id, later_ids = 0, []
     for track in reader.tracks():
-        if track.first_frame < start or track.first_frame == quiet:
-            before = max(before, track.track_id)
+        if track.first_frame < start or track.first_frame == empty_frame:
+            last_earlier_id = max(last_earlier_id, track.track_id)
         else:
-            after.append(track.track_id)
-    return LeadIn(start, min(after, default=before + 1), whole)
+            later_ids.append(track.track_id)
+    return LeadIn(start, min(later_ids, default=last_earlier_id + 1), is_exact)

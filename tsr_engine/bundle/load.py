@@ -130,7 +130,7 @@ def read_bundle(path: Path, folder: Path) -> Bundle:
     span = expectation.span()
     if span is not None and not (manifest.frames.first <= span[0] and span[1] < manifest.frames.stop):
         raise ImportFormatError(f"{EXPECTATION} is about frames that are not in the bundle. Make it anew.")
-    output = Output.of(read_rows(folder / OUTPUT), manifest.frames.first, manifest.frames.stop)
+    output = Output.from_rows(read_rows(folder / OUTPUT), manifest.frames.first, manifest.frames.stop)
     return Bundle(path.name, folder, manifest, frames, expectation, output)
 
 
@@ -148,13 +148,13 @@ def open_evidence(bundle: Bundle) -> EvidenceReader:
 def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]) -> None:
     """Check that the bundle has exactly the files of its manifest, each with its hash."""
     listed = {entry.name: entry for entry in manifest.files}
-    there = set(names) - {MANIFEST}
+    unpacked = set(names) - {MANIFEST}
     for name in (*_REQUIRED_FILES, manifest.clip.file):
-        if name not in listed or name not in there:
+        if name not in listed or name not in unpacked:
             raise ImportFormatError(f"{bundle}: {name} is missing. Copy the bundle again, or make it anew.")
-    for name in sorted(listed.keys() - there):
+    for name in sorted(listed.keys() - unpacked):
         raise ImportFormatError(f"{bundle}: {name[:120]!r} is missing. Copy the bundle again.")
-    for name in sorted(there - listed.keys()):
+    for name in sorted(unpacked - listed.keys()):
         raise ImportFormatError(f"{bundle}: {name[:120]!r} is not in its {MANIFEST}. Make the bundle anew.")
     for name, entry in listed.items():
         path = folder / name

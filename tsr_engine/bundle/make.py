@@ -76,7 +76,7 @@ def make_bundle(request: BundleRequest, progress: Callable[[int, int], None] = l
         raise StorageError(f"Cannot write {request.out}: it is a folder. Name a file.")
     try:
         with staging_folder(request.out) as folder, EvidenceReader(request.evidence) as reader:
-            return _BundleBuilder(request, reader, folder, progress).make()
+            return _BundleBuilder(request, reader, folder, progress).build()
     except OSError as error:
         raise storage_error(request.out, error) from None
 
@@ -88,21 +88,21 @@ class _BundleBuilder:
         self, request: BundleRequest, reader: EvidenceReader, folder: Path, progress: Callable[[int, int], None]
     ) -> None:
         self.request, self.reader, self.folder = request, reader, folder
-        self.lead = self._lead()
-        self.count = request.stop - self.lead.start
+        self.lead_in = self._find_lead_in()
+        self.count = request.stop - self.lead_in.start
         self.steps = 4 * self.count + 10
         self.progress = progress
         self.warnings: list[str] = []
         self.seconds: dict[int, float] = {}
 
-    def make(self) -> BundleReport:
-        request, folder, lead = self.request, self.folder, self.lead
+    def build(self) -> BundleReport:
+        request, folder, lead_in = self.request, self.folder, self.lead_in
         self._check_video()
         network = add_network(self.reader.header.models, request.network, folder)
         rows = self._evidence()
         clip = cut_clip(
             request.video,
-            lead.start,
+            lead_in.start,
             request.stop,
             folder,
             table=request.table,
@@ -110,7 +110,7 @@ class _BundleBuilder:
             progress=lambda done: self.progress(self.count + done, self.steps),
         )
         _write_frames(folder / FRAMES, clip, self.seconds)
-        output = Output.of(rows, request.first, request.stop)
+        output = Output.from_rows(rows, request.first, request.stop)
         with (folder / OUTPUT).open("w", encoding="utf-8", newline="") as out:
             write_rows(out, output.rows)
         (folder / EXPECTATION).write_text(request.expectation.text(), encoding="utf-8", newline="")
@@ -135,7 +135,7 @@ class _BundleBuilder:
         size = request.out.stat().st_size
         return BundleReport(request.out, size, manifest, tuple(findings), tuple(self.warnings))
 
-    def _lead(self) -> LeadIn:
+    def _find_lead_in(self) -> LeadIn:
         request = self.request
         last = self.reader.last_frame
         if request.stop <= request.first:
@@ -172,7 +172,7 @@ class _BundleBuilder:
         rows: list[ResultRow] = []
         done = 0
 
-        def seen(frame: FrameEvidence) -> None:
+        def on_frame(frame: FrameEvidence) -> None:
             nonlocal done
             rows.extend(stream.add(frame))
             self.seconds[frame.ordinal] = frame.seconds
@@ -180,7 +180,12 @@ class _BundleBuilder:
             self.progress(done, self.steps)
 
         write_slice(
-            self.reader, self.folder / EVIDENCE, self.lead.start, self.request.stop, self.reader.header, seen=seen
+            self.reader,
+            self.folder / EVIDENCE,
+            self.lead_in.start,
+            self.request.stop,
+            self.reader.header,
+            on_frame=on_frame,
         )
         rows.extend(stream.finish())
         return rows
@@ -217,17 +222,18 @@ class _BundleBuilder:
             self.warnings.append(
                 "The run's own output meets every expectation in these frames, so a replay would say 'fixed' at once."
             )
-        cut = [t for t in self.reader.tracks(self.request.stop, None) if t.first_frame < self.request.stop]
-        cut = [t for t in cut if t.track_id in set(output.tracks)]
-        if cut:
-            names = ", ".join(f"{t.track_id} (to frame {t.last_frame})" for t in cut[:5])
+        continuing = [t for t in self.reader.tracks(self.request.stop, None) if t.first_frame < self.request.stop]
+        continuing = [t for t in continuing if t.track_id in set(output.tracks)]
+        if continuing:
+            names = ", ".join(f"{t.track_id} (to frame {t.last_frame})" for t in continuing[:5])
             self.warnings.append(
                 f"Tracks that continue after the last frame are judged as they are there: {names}. Their class is only "
                 "expected if somebody has corrected it."
             )
-        if not self.lead.whole:
+        if not self.lead_in.is_exact:
             self.warnings.append(
-                f"Tracks were in view all the way back, so the engine starts at frame {self.lead.start} without them."
+                f"Tracks were in view all the way back, so the engine starts at frame {self.lead_in.start} without "
+                "them."
             )
         if models_missing:
             self.warnings.append("The models of the run are not inside: a replay uses those of the installation.")
@@ -250,11 +256,11 @@ class _BundleBuilder:
             note=request.note,
             tracks=list(request.tracks),
             frames=BundleFrames(
-                start=self.lead.start,
+                start=self.lead_in.start,
                 first=request.first,
                 stop=request.stop,
-                whole_lead_in=self.lead.whole,
-                first_id=self.lead.first_id,
+                whole_lead_in=self.lead_in.is_exact,
+                first_id=self.lead_in.first_id,
             ),
             clip=ClipFacts(
                 file="clip.mp4" if clip.path.suffix == ".mp4" else "clip.mkv",

@@ -183,6 +183,6 @@ class Manifest(_Part):
             return cls.model_validate(content)
         except ValidationError as error:
             first = error.errors()[0]
-            place = ".".join(map(str, first["loc"]))[:120] or "it"
+            key_path = ".".join(map(str, first["loc"]))[:120] or "it"
             message = first["msg"][:200]
-            raise ImportFormatError(f"{name}, {MANIFEST}, {place}: {message}. Make the bundle anew.") from None
+            raise ImportFormatError(f"{name}, {MANIFEST}, {key_path}: {message}. Make the bundle anew.") from None

@@ -50,9 +50,9 @@ def choose_models(used: Mapping[str, str], folders: Iterable[Path]) -> ModelChoi
     for folder in folders:
         if _has_models(folder, used):
             return ModelChoice(folder, "The run used models of its own, which are inside.")
-    strange = sorted(name for name in used if name not in _hashes(SHIPPED))
-    if strange:
-        return ModelChoice(None, f"The run used {strange[0]!r}, which is not inside: name it again for a replay.")
+    unknown = sorted(name for name in used if name not in _hashes(SHIPPED))
+    if unknown:
+        return ModelChoice(None, f"The run used {unknown[0]!r}, which is not inside: name it again for a replay.")
     return ModelChoice(None, "The run used models that were not at hand when the bundle was made; they are not inside.")
 
 

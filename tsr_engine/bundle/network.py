@@ -55,47 +55,47 @@ def add_network(models: Mapping[str, str], path: Path | None, folder: Path) -> N
         UsageError: a network was named that the run did not use.
         InputError: the file cannot be read.
     """
-    facts = network_of(models)
-    if path is None or facts is None:
+    info = network_of(models)
+    if path is None or info is None:
         if path is not None:
             raise UsageError(f"The run used no ONNX network, so {path} does not belong to it. Leave --onnx out.")
-        return facts
+        return info
     try:
         digest, size = file_sha256(path), path.stat().st_size
     except OSError as error:
         raise InputError(f"Cannot read the network {path}: {error.strerror}. Check --onnx.") from None
-    if digest != facts.sha256:
+    if digest != info.sha256:
         raise UsageError(
             f"{path} is not the network of the run: its SHA-256 is {digest[:12]}..., the run used "
-            f"{facts.sha256[:12]}... . Name that file."
+            f"{info.sha256[:12]}... . Name that file."
         )
     if size > MAX_BYTES:
-        return facts
+        return info
     shutil.copyfile(path, folder / NETWORK)
-    return facts.model_copy(update={"inside": True})
+    return info.model_copy(update={"inside": True})
 
 
-def network_text(facts: NetworkFacts) -> str:
+def network_text(info: NetworkFacts) -> str:
     """One or two sentences for people: the network, whether the bundle has it, and what to do."""
-    about = (
-        f"The run detected with an ONNX network ({facts.width}x{facts.height}, {facts.layout}, SHA-256 {facts.sha256})"
+    description = (
+        f"The run detected with an ONNX network ({info.width}x{info.height}, {info.layout}, SHA-256 {info.sha256})"
     )
-    if facts.inside:
-        return f"{about}, which is inside. Replay with --bundled-models to use it."
+    if info.inside:
+        return f"{description}, which is inside. Replay with --bundled-models to use it."
     return (
-        f"{about}, which is NOT inside: it was not named with --onnx when the bundle was made, or has more than "
+        f"{description}, which is NOT inside: it was not named with --onnx when the bundle was made, or has more than "
         f"{MAX_BYTES >> 20} MiB. Ask for that file and replay with --onnx FILE."
     )
 
 
-def replay_network(bundle: Bundle, given: Path | None, bundled: bool, other: bool) -> Network | None:
+def replay_network(bundle: Bundle, path: Path | None, use_bundled: bool, use_detector: bool) -> Network | None:
     """The network for a replay; None: the detector of the model folder is used.
 
     Args:
         bundle: the bundle.
-        given: a network that the person names.
-        bundled: whether to use the network in the bundle.
-        other: whether to replay without the run's network.
+        path: a network that the person names.
+        use_bundled: whether to use the network in the bundle.
+        use_detector: whether to replay without the run's network.
 
     Raises:
         UsageError: a network is named, but the run used none.
@@ -103,24 +103,24 @@ def replay_network(bundle: Bundle, given: Path | None, bundled: bool, other: boo
     """
     from tsr_engine.pipeline import Network
 
-    facts = bundle.manifest.network or network_of(bundle.manifest.run.models)
-    if facts is None:
-        if given is not None:
+    info = bundle.manifest.network or network_of(bundle.manifest.run.models)
+    if info is None:
+        if path is not None:
             raise UsageError(f"The run of {bundle.name} used no ONNX network. Leave --onnx out.")
         return None
-    if given is None and bundled and facts.inside:
-        given = bundle.folder / NETWORK
-    if given is not None:
-        return Network(given, (facts.width, facts.height), facts.layout)
-    if other:
+    if path is None and use_bundled and info.inside:
+        path = bundle.folder / NETWORK
+    if path is not None:
+        return Network(path, (info.width, info.height), info.layout)
+    if use_detector:
         return None
-    what = f"an ONNX network ({facts.width}x{facts.height}, {facts.layout}, SHA-256 {facts.sha256})"
-    if facts.inside:
+    description = f"an ONNX network ({info.width}x{info.height}, {info.layout}, SHA-256 {info.sha256})"
+    if info.inside:
         raise ModelError(
-            f"The run of {bundle.name} detected with {what}, which came with the bundle. Say --bundled-models to run "
-            "it, --onnx FILE for a file of yours, or --other-models for the detector of this installation."
+            f"The run of {bundle.name} detected with {description}, which came with the bundle. Say --bundled-models "
+            "to run it, --onnx FILE for a file of yours, or --other-models for the detector of this installation."
         )
     raise ModelError(
-        f"The run of {bundle.name} detected with {what}, which is not in the bundle. Ask its maker for that file and "
-        "name it with --onnx FILE, or say --other-models to replay with the detector of this installation."
+        f"The run of {bundle.name} detected with {description}, which is not in the bundle. Ask its maker for that "
+        "file and name it with --onnx FILE, or say --other-models to replay with the detector of this installation."
     )

@@ -39,16 +39,16 @@ class Output:
     _classes: dict[int, int] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, rows: Iterable[ResultRow], first: int, stop: int) -> Output:
+    def from_rows(cls, rows: Iterable[ResultRow], first: int, stop: int) -> Output:
         """The output of rows, without those of other frames."""
-        made = cls(first, stop, [row for row in rows if first <= row.frame < stop])
+        output = cls(first, stop, [row for row in rows if first <= row.frame < stop])
         by_frame: dict[int, list[ResultRow]] = {}
-        for row in made.rows:
+        for row in output.rows:
             by_frame.setdefault(row.frame, []).append(row)
-            made._classes[row.track_id] = row.class_id
+            output._classes[row.track_id] = row.class_id
         for frame, found in by_frame.items():
-            made._boxes[frame] = [row.track_id for row in found], np.array([row[2:6] for row in found], np.float64)
-        return made
+            output._boxes[frame] = [row.track_id for row in found], np.array([row[2:6] for row in found], np.float64)
+        return output
 
     @property
     def tracks(self) -> list[int]:
@@ -59,14 +59,14 @@ class Output:
         """Class of a track over the frames; -1: none."""
         return self._classes.get(track, -1)
 
-    def on(self, frame: int, box: Sequence[float], least: float) -> list[int]:
+    def tracks_on(self, frame: int, box: Sequence[float], min_iou: float) -> list[int]:
         """Tracks with at least this IoU with a box, best first."""
         if frame not in self._boxes:
             return []
         tracks, boxes = self._boxes[frame]
         found = iou(box, boxes)[0]
         order = np.argsort(-found, kind="stable")
-        return [tracks[i] for i in order.tolist() if found[i] >= least]
+        return [tracks[i] for i in order.tolist() if found[i] >= min_iou]
 
     def error(self, frame: int, box: Sequence[float]) -> float:
         """Eq. 7 of the nearest result, in [0, 1]; 1: no result overlaps the box."""
@@ -84,18 +84,18 @@ def same_output(a: Output, b: Output) -> bool:
         return False
     partner: dict[int, int] = {}
     for frame in range(a.first, a.stop):
-        ours, theirs = a._boxes.get(frame), b._boxes.get(frame)
-        if (ours is None) != (theirs is None):
+        boxes_a, boxes_b = a._boxes.get(frame), b._boxes.get(frame)
+        if (boxes_a is None) != (boxes_b is None):
             return False
-        if ours is None or theirs is None:
+        if boxes_a is None or boxes_b is None:
             continue
-        if len(ours[0]) != len(theirs[0]):
+        if len(boxes_a[0]) != len(boxes_b[0]):
             return False
-        apart = np.abs(ours[1][:, None] - theirs[1][None]).max(axis=2)
-        for i, track in enumerate(ours[0]):
-            j = int(apart[i].argmin())
-            other = theirs[0][j]
-            if apart[i, j] > MAX_EDGE_DIFFERENCE_PX or a.class_of(track) != b.class_of(other):
+        distances = np.abs(boxes_a[1][:, None] - boxes_b[1][None]).max(axis=2)
+        for i, track in enumerate(boxes_a[0]):
+            j = int(distances[i].argmin())
+            other = boxes_b[0][j]
+            if distances[i, j] > MAX_EDGE_DIFFERENCE_PX or a.class_of(track) != b.class_of(other):
                 return False
             if partner.setdefault(track, other) != other:
                 return False

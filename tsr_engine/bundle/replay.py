@@ -48,7 +48,7 @@ class Outcome:
     frame: int
 
     @property
-    def word(self) -> str:
+    def verdict(self) -> str:
         """``fixed``, ``still broken``, ``right`` (as before) or ``newly broken``."""
         if self.now:
             return "right" if self.before else "fixed"
@@ -102,21 +102,21 @@ def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
         if not isinstance(values, dict):
             raise ImportFormatError(f"{bundle.name}: the parameters of the run are damaged. Make the bundle anew.")
         stored |= {f"{section}.{name}": tuple(v) if isinstance(v, list) else v for name, v in values.items()}
-    params, strange = Params().with_settings(VALUES_IN_OLD_RUNS.items()), []
+    params, problems = Params().with_settings(VALUES_IN_OLD_RUNS.items()), []
     for name, value in stored.items():
         if name not in known:
-            strange.append(f"The parameter {name[:80]} of the run is not known to this version.")
+            problems.append(f"The parameter {name[:80]} of the run is not known to this version.")
             continue
         try:
             params = params.with_settings([(name, value)])
         except UsageError:
-            strange.append(f"The parameter {name} of the run, {str(value)[:40]}, is not allowed by this version.")
-    strange += [
+            problems.append(f"The parameter {name} of the run, {str(value)[:40]}, is not allowed by this version.")
+    problems += [
         f"The run has no parameter {name}: "
         f"{'it replays as it was made' if name in VALUES_IN_OLD_RUNS else 'its default is used'}."
         for name in sorted(known - stored.keys())
     ]
-    return params, strange
+    return params, problems
 
 
 def bundled_models(bundle: Bundle) -> Path | None:
@@ -157,7 +157,7 @@ def replay_bundle(
         VideoError: the clip cannot be decoded.
         KeyboardInterrupt: ``stop`` returned True.
     """
-    began = time.perf_counter()
+    start_time = time.perf_counter()
     report = BundleReplay(changed=[*(changed or []), *_changes(bundle, components)])
     decoding, stream, comparison = Decoding(), ResultStream(), _Comparison(bundle)
     rows: list[ResultRow] = []
@@ -170,18 +170,18 @@ def replay_bundle(
     finally:
         comparison.close()
     rows.extend(stream.finish())
-    wanted = bundle.manifest.frames
-    now = Output.of(rows, wanted.first, wanted.stop)
-    before_findings, findings = judge(bundle.expectation, bundle.output), judge(bundle.expectation, now)
-    report.frames, report.other_pictures = decoding.frames, decoding.other
-    report.judged = wanted.stop - wanted.first
+    frame_range = bundle.manifest.frames
+    output = Output.from_rows(rows, frame_range.first, frame_range.stop)
+    before_findings, findings = judge(bundle.expectation, bundle.output), judge(bundle.expectation, output)
+    report.frames, report.other_pictures = decoding.frames, decoding.other_pictures
+    report.judged = frame_range.stop - frame_range.first
     report.identical, report.first_difference = comparison.identical, comparison.first
-    report.same = same_output(bundle.output, now)
+    report.same = same_output(bundle.output, output)
     report.verdict = overall_verdict(before_findings, findings, report.same)
     report.outcomes = [_outcome(a, b) for a, b in zip(before_findings, findings, strict=True)]
-    report.tracks, report.tracks_before = len(now.tracks), len(bundle.output.tracks)
-    report.rows = now.rows
-    report.seconds = time.perf_counter() - began
+    report.tracks, report.tracks_before = len(output.tracks), len(bundle.output.tracks)
+    report.rows = output.rows
+    report.seconds = time.perf_counter() - start_time
     return report
 
 

@@ -168,11 +168,11 @@ def batch_request(
     from tsr_engine.pipeline import load_components
     from tsr_engine.version import __version__
 
-    address = _parse_place(place)
+    target = _parse_place(place)
     params = make_params(preset, settings)
     digests = dict(load_components(params, models, network).models)
-    at_once = min(count or len(drives), jobs or max(1, usable_cores() // (cores or 1)))
-    order = DriveTask(
+    parallel = min(count or len(drives), jobs or max(1, usable_cores() // (cores or 1)))
+    task = DriveTask(
         video="",
         folder="",
         parameters=params.model_dump(mode="json"),
@@ -182,10 +182,10 @@ def batch_request(
         evidence="evidence" in kept,
         csv="csv" in kept,
         annotated="video" in kept,
-        cores=cores or (max(1, usable_cores() // at_once) if address == "local" else 1),
+        cores=cores or (max(1, usable_cores() // parallel) if target == "local" else 1),
         memory_mb=memory,
     )
-    return BatchRequest(drives, out, Identity(__version__, order.parameters, digests), order, address, at_once)
+    return BatchRequest(drives, out, Identity(__version__, task.parameters, digests), task, target, parallel)
 
 
 def _parse_keep(text: str) -> set[str]:
@@ -210,20 +210,21 @@ class BatchProgressPrinter:
     def __init__(self) -> None:
         self._terminal = sys.stderr.isatty()
         self._last = time.monotonic()
-        self._say_note = CompilationNote()
+        self._print_compilation = CompilationNote()
 
-    def __call__(self, at: BatchProgress) -> None:
+    def __call__(self, progress: BatchProgress) -> None:
         """Report, unless the last report is recent."""
-        if at.note:
-            self._say_note(at.note)
+        if progress.note:
+            self._print_compilation(progress.note)
             return
-        ended = at.done + at.failed == at.total
-        if not self._terminal and not ended and time.monotonic() - self._last < _LOG_INTERVAL_S:
+        is_over = progress.done + progress.failed == progress.total
+        if not self._terminal and not is_over and time.monotonic() - self._last < _LOG_INTERVAL_S:
             return
         self._last = time.monotonic()
-        rate = "" if at.rate is None else f", {at.rate:.0f} frames/s"
-        left = "" if at.remaining is None or ended else f", {_duration(at.remaining)} left"
-        say(f"{at.done + at.failed} of {plural(at.total, 'drive')}, {at.failed} failed{rate}{left}.")
+        rate = "" if progress.rate is None else f", {progress.rate:.0f} frames/s"
+        left = "" if progress.remaining is None or is_over else f", {_duration(progress.remaining)} left"
+        ended = f"{progress.done + progress.failed} of {plural(progress.total, 'drive')}"
+        say(f"{ended}, {progress.failed} failed{rate}{left}.")
 
 
 def _duration(seconds: float) -> str:

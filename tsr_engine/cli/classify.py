@@ -56,11 +56,11 @@ def classify(
     from tsr_engine.io.gtsrb import read_items
     from tsr_engine.pipeline import load_reader
 
-    reads = make_reader(reader, network)
+    reader_kind = make_reader(reader, network)
     items = [(source if source.is_dir() else source.parent, item) for source in sources for item in read_items(source)]
     refuse_inputs([csv], [*sources, *(item.path for _, item in items)])
-    classifier = load_reader(models, reads)
-    unreadable = done = right = known = 0
+    classifier = load_reader(models, reader_kind)
+    unreadable = done = correct = labelled = 0
     with (
         stop_on_interrupt() as stopped,
         atomic_text(csv) as out,
@@ -84,26 +84,28 @@ def classify(
                 for name, row, class_id in zip(names, table, truth, strict=True):
                     best = int(row.argmax())
                     out.write(f"{_quoted(name)},{best},{float(row[best]):.6f}\n")
-                    known += class_id is not None
-                    right += class_id == best
+                    labelled += class_id is not None
+                    correct += class_id == best
             done += len(crops)
             show(done + unreadable, len(items), "")
             if stopped():
                 break
-    seen = done + unreadable
-    interrupted = seen < len(items)
+    read = done + unreadable
+    interrupted = read < len(items)
     if json:
-        counts = {"crops": done, "unreadable": unreadable, "labelled": known}
-        accuracy = right / known if known else None
+        counts = {"crops": done, "unreadable": unreadable, "labelled": labelled}
+        accuracy = correct / labelled if labelled else None
         print_json({**counts, "accuracy": accuracy, "interrupted": interrupted, "csv": str(csv)})
     else:
-        agree = f", {right / known:.2%} of {known} labelled ones agree with their table" if known else ""
-        typer.echo(f"{plural(done, 'crop')}{agree}: {csv}")
-    refused = f"{unreadable} of {seen} crops could not be read; the others are in {csv}."
+        agreement = f", {correct / labelled:.2%} of {labelled} labelled ones agree with their table" if labelled else ""
+        typer.echo(f"{plural(done, 'crop')}{agreement}: {csv}")
+    unreadable_message = f"{unreadable} of {read} crops could not be read; the others are in {csv}."
     if interrupted:
-        leave_interrupted(f"{seen} of {len(items)} crops are done. {refused if unreadable else f'See {csv}.'}")
+        leave_interrupted(
+            f"{read} of {len(items)} crops are done. {unreadable_message if unreadable else f'See {csv}.'}"
+        )
     if unreadable:
-        raise InputError(refused)
+        raise InputError(unreadable_message)
 
 
 def _quoted(name: str) -> str:

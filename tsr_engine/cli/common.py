@@ -80,10 +80,10 @@ OnnxLayoutOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON for another program.")]
 
 
-def say(sentence: str) -> None:
+def say(message: str) -> None:
     """Print one sentence on stderr; never fails, whatever the state of the terminal."""
     try:
-        sys.stderr.write(f"tsr: {sentence}\n")
+        sys.stderr.write(f"tsr: {message}\n")
         sys.stderr.flush()
     except (OSError, ValueError):
         pass

@@ -103,12 +103,14 @@ def detect(
         print_json({**counts, "interrupted": interrupted, "jsonl": str(jsonl)})
     else:
         typer.echo(f"{plural(found, 'detection')} in {plural(read, 'picture')}: {jsonl}")
-    rest = f"the others are in {jsonl}" if read else f"{jsonl} has no line"
-    refused = f"{unreadable} of {done} pictures could not be read; {rest}."
+    output_state = f"the others are in {jsonl}" if read else f"{jsonl} has no line"
+    unreadable_message = f"{unreadable} of {done} pictures could not be read; {output_state}."
     if interrupted:
-        leave_interrupted(f"{done} of {len(paths)} pictures are done. {refused if unreadable else f'See {jsonl}.'}")
+        leave_interrupted(
+            f"{done} of {len(paths)} pictures are done. {unreadable_message if unreadable else f'See {jsonl}.'}"
+        )
     if unreadable:
-        raise InputError(refused)
+        raise InputError(unreadable_message)
 
 
 def detections_of(components: Components, picture: Picture, others: OtherShapes | None = None) -> list[JsonObject]:

@@ -84,11 +84,11 @@ def _packages() -> Iterator[Check]:
     except importlib.metadata.PackageNotFoundError:
         yield Check("packages", "warning", "tsr is not installed, only on the path", "pip install .")
         return
-    lacking: dict[str, list[str]] = {extra: [] for extra in EXTRAS}
+    missing: dict[str, list[str]] = {extra: [] for extra in EXTRAS}
     for line in requirements:
         requirement, _, marker = (part.strip() for part in line.partition(";"))
         extra = match[1] if (match := re.search(r"extra == ['\"]([\w-]+)['\"]", marker)) else None
-        if marker and extra not in lacking:  # only for development, or another system
+        if marker and extra not in missing:  # only for development, or another system
             continue
         # "name>=1.2,<2" or, as written into some metadata, "name<2,>=1.2"
         name = re.split(r"[<>=!~\[ ]", requirement, maxsplit=1)[0]
@@ -100,13 +100,13 @@ def _packages() -> Iterator[Check]:
             if extra is None:
                 yield Check(name, "missing", "not installed", f'pip install "{requirement}"')
             else:
-                lacking[extra].append(name)
+                missing[extra].append(name)
             continue
         if _numbers(found) < _numbers(bound):
             yield Check(name, "missing", f"{found}, older than {bound}", f'pip install "{requirement}"')
         else:
             yield Check(name, "ok", found)
-    for extra, names in lacking.items():
+    for extra, names in missing.items():
         if names:
             found = f"without {', '.join(names)}"
             yield Check(f"extra {extra}", "warning", found, f"pip install 'tsr[{extra}]'")
@@ -124,13 +124,16 @@ def _codecs() -> Iterator[Check]:
     except ImportError as error:
         yield Check("codecs", "missing", str(error), "pip install --force-reinstall av")
         return
-    for codec, mode, otherwise in CODECS:
+    for codec, mode, status_if_missing in CODECS:
         purpose = "decode" if mode == "r" else "encode"
         try:
             av.Codec(codec, mode)
         except (ValueError, av.FFmpegError):
             yield Check(
-                f"{codec} ({purpose})", otherwise, "not in this build of PyAV", "pip install --only-binary av av"
+                f"{codec} ({purpose})",
+                status_if_missing,
+                "not in this build of PyAV",
+                "pip install --only-binary av av",
             )
         else:
             yield Check(f"{codec} ({purpose})", "ok", "available")
@@ -199,7 +202,7 @@ def _models(folder: Path) -> Iterator[Check]:
 
 def _labels(keys: list[str]) -> str:
     """The number of a classifier's labels, and the shipped signs that it lacks."""
-    lacking = [label.key for label in classes_of_keys(keys, shipped_set(DEFAULT)).labels_without_class()]
-    if not lacking:
+    missing = [label.key for label in classes_of_keys(keys, shipped_set(DEFAULT)).labels_without_class()]
+    if not missing:
         return f"{len(keys)}; all of {DEFAULT}"
-    return f"{len(keys)}; of {DEFAULT} it lacks {len(lacking)}: {', '.join(lacking)}"
+    return f"{len(keys)}; of {DEFAULT} it lacks {len(missing)}: {', '.join(missing)}"

@@ -84,8 +84,8 @@ def tracking(
     params = make_params(preset, settings)
     if not 0 <= min_width < float("inf"):
         raise UsageError(f"--min-width expects px, 0 or more. Got {min_width}.")
-    tells = {"--kf-alone": kf_alone, "--preset": preset != "default", "--set": settings, "--models": models}
-    if results is not None and (useless := [option for option, given in tells.items() if given]):
+    tracking_options = {"--kf-alone": kf_alone, "--preset": preset != "default", "--set": settings, "--models": models}
+    if results is not None and (useless := [option for option, given in tracking_options.items() if given]):
         raise UsageError(f"{useless[0]} says how to track, and --results has it done. Leave one of them out.")
     from tsr_engine.evaluation.track_tables import read_clip_truth, read_results
     from tsr_engine.evaluation.tracking import evaluate_video, summarise
@@ -158,12 +158,12 @@ def classification(
     from tsr_engine.evaluation.classification import evaluate_classification, predict_items
     from tsr_engine.pipeline import load_reader
 
-    reads = make_reader(reader, network)
+    reader_kind = make_reader(reader, network)
     check_output_folder(out)
     items = [item for item in select_crops(gtsrb, held_out, seed) if item.class_id is not None]
     if not items:
         raise InputError(f"{gtsrb} names no classes to compare with. Use class folders, or a table with ClassId.")
-    classifier = load_reader(models, reads)
+    classifier = load_reader(models, reader_kind)
     true, predicted = [], []
     with progress_bar("classifying", "crops") as show:
         for answer in predict_items(items, classifier):

@@ -160,22 +160,22 @@ def refuse_empty_arguments(arguments: Sequence[str]) -> None:
     Raises:
         UsageError: a value is empty and is not free text.
     """
-    for before, word in zip(["", *arguments], arguments, strict=False):
-        option, equals, value = word.partition("=")
-        if word and not (option.startswith("--") and equals and not value):
+    for previous, argument in zip(["", *arguments], arguments, strict=False):
+        option, equals, value = argument.partition("=")
+        if argument and not (option.startswith("--") and equals and not value):
             continue
-        named = option or (before if before.startswith("-") else "")
-        if named not in _FREE_TEXT_OPTIONS:
-            what = f"The value of {named}" if named else "A word of the command"
+        option_name = option or (previous if previous.startswith("-") else "")
+        if option_name not in _FREE_TEXT_OPTIONS:
+            what = f"The value of {option_name}" if option_name else "A word of the command"
             raise UsageError(f"{what} is empty. Give a value, or leave it out.")
 
 
-def _report_failure(sentence: str, code: int) -> int:
+def _report_failure(message: str, code: int) -> int:
     if os.environ.get("TSR_TRACEBACK") and sys.exc_info()[0] is not None:
         import traceback
 
         traceback.print_exc()
-    say(sentence)
+    say(message)
     return code
 
 
@@ -188,8 +188,8 @@ def _usage_error(error: Any) -> int:  # Any: typer's parser is private
     message = " ".join(error.format_message().split()).rstrip(".")
     path = context.command_path if context is not None else "tsr"
     unknown = context is not None and context.parent is None and message.startswith("No such command")
-    elsewhere = unknown and not any(known.name == "review" for known in app.registered_commands)
-    more = " `tsr` and `python -m app` also have the commands of the review tool." if elsewhere else ""
+    is_review_command = unknown and not any(known.name == "review" for known in app.registered_commands)
+    more = " `tsr` and `python -m app` also have the commands of the review tool." if is_review_command else ""
     say(f"{message}{'' if message.endswith('?') else '.'} See `{path} --help`.{more}")
     return EXIT_USAGE
 

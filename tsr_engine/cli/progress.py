@@ -25,13 +25,13 @@ class CompilationNote:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._said = False
+        self._printed = False
 
     def __call__(self, note: str) -> bool:
         """Take a note, or an empty text when it is over; returns True, because no call has to be repeated."""
         with self._lock:
-            if note and not self._said:
-                self._said = True
+            if note and not self._printed:
+                self._printed = True
                 say(f"{note.capitalize()}.")
         return True
 
@@ -70,11 +70,11 @@ def progress_bar(title: str, unit: str) -> Iterator[ShowProgress]:
 
         def get_renderables(self) -> Iterator[RenderableType]:
             yield self.make_tasks_table(self.tasks)
-            if note := note_now():
+            if note := current_note():
                 yield Text(f"{note} ...")
 
     with (
-        watch_compilation() as note_now,
+        watch_compilation() as current_note,
         Bar(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as bar,
     ):
         task = bar.add_task(title, total=None, rate="")

@@ -91,15 +91,15 @@ def report_as_json(report: BundleReplay, bundle: Bundle, csv: Path | None) -> Js
         "stop": frames.stop,
         "expected": [
             {
-                "id": one.id,
-                "expected": one.expected,
-                "before": one.before,
-                "now": one.now,
-                "verdict": one.word,
-                "got": one.got,
-                "frame": one.frame,
+                "id": outcome.id,
+                "expected": outcome.expected,
+                "before": outcome.before,
+                "now": outcome.now,
+                "verdict": outcome.verdict,
+                "got": outcome.got,
+                "frame": outcome.frame,
             }
-            for one in report.outcomes
+            for outcome in report.outcomes
         ],
         "same_output": report.same,
         "tracks": report.tracks,
@@ -119,21 +119,21 @@ def report_as_json(report: BundleReplay, bundle: Bundle, csv: Path | None) -> Js
 def print_report(report: BundleReplay, bundle: Bundle) -> None:
     """Print expectations, output, and the verdict in the last line."""
     console = out_console()
-    facts = bundle.manifest
-    frames = facts.frames
+    manifest = bundle.manifest
+    frames = manifest.frames
     console.print(
-        f"{bundle.name}: frames {frames.first} to {frames.stop - 1} of {facts.video.name}, "
+        f"{bundle.name}: frames {frames.first} to {frames.stop - 1} of {manifest.video.name}, "
         f"{_frames_run(report)} in {report.seconds:.1f} s.",
         soft_wrap=True,
         markup=False,
     )
-    if facts.note:
-        console.print(f"Note: {facts.note}", soft_wrap=True, markup=False)
+    if manifest.note:
+        console.print(f"Note: {manifest.note}", soft_wrap=True, markup=False)
     for text in report.changed:
         console.print(text, soft_wrap=True, markup=False)
-    for one in report.outcomes:
-        console.print(f"{one.word.upper()}: {one.expected}", soft_wrap=True, markup=False)
-        console.print(f"    {one.got}", soft_wrap=True, markup=False)
+    for outcome in report.outcomes:
+        console.print(f"{outcome.verdict.upper()}: {outcome.expected}", soft_wrap=True, markup=False)
+        console.print(f"    {outcome.got}", soft_wrap=True, markup=False)
     if not report.outcomes:
         console.print("The bundle has no expectations: the new output is compared with the old one.", soft_wrap=True)
     console.print(_reproduction(report, frames.whole_lead_in), soft_wrap=True, markup=False)

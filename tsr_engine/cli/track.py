@@ -98,14 +98,14 @@ def track(
     components = load_components(params, models, network)
     request = RunRequest(video, params, evidence, csv, annotated, start, stop, restart, cores=cores or usable_cores())
     kept = " and ".join(str(path) for path in (csv, evidence, annotated) if path is not None)
-    again = " Run the same command again to go on." if evidence is not None else ""
+    resume_hint = " Run the same command again to go on." if evidence is not None else ""
     done = 0
     with stop_on_interrupt() as stopped, progress_bar("tracking", "frames") as show:
 
-        def show_rate(at: Progress) -> None:
+        def show_rate(progress: Progress) -> None:
             nonlocal done
-            done = at.done
-            show(at.done, at.total, rate_text(at.rate))
+            done = progress.done
+            show(progress.done, progress.total, rate_text(progress.rate))
 
         try:
             report = track_video(
@@ -118,7 +118,7 @@ def track(
         except KeyboardInterrupt:  # a second Ctrl-C, within a frame
             if not (done and kept):
                 leave_interrupted("There are no results.")
-            leave_interrupted(f"Results up to the last whole frames are kept in {kept}.{again}")
+            leave_interrupted(f"Results up to the last whole frames are kept in {kept}.{resume_hint}")
     for warning in report.warnings:
         say(f"warning: {warning}")
     if json:
@@ -132,7 +132,7 @@ def track(
             leave_interrupted("Stopped before the first frame: there are no results yet.")
         last = report.first_frame + report.frames - 1
         where = f"kept in {kept}" if kept else "shown above"
-        leave_interrupted(f"Results up to frame {last} are {where}.{again}")
+        leave_interrupted(f"Results up to frame {last} are {where}.{resume_hint}")
 
 
 def print_report(report: RunReport, timing: bool) -> None:

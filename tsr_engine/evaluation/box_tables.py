@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray
 
@@ -251,7 +251,7 @@ def _cells(number: int, line: str, width: int | None, min_width: int) -> list[st
 
 def _number(number: int, name: str, cell: str) -> float:
     try:
-        return real_number(cell)
+        return parse_real(cell)
     except ValueError:
         raise RowError(number, f"{name} must be a number, got {cell[:40]!r}") from None
 

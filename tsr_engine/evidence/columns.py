@@ -69,7 +69,7 @@ class Columns:
         """A column of numbers, shape (n,); NULL becomes NaN."""
         return np.array(self._columns[name], dtype=np.float64)
 
-    def known(self, name: str) -> BoolArray:
+    def has_value(self, name: str) -> BoolArray:
         """Whether a column has a value, shape (n,)."""
         return np.array([value is not None for value in self._columns[name]], dtype=np.bool_)
 
@@ -140,8 +140,8 @@ def read_columns(
     if confirmed:
         conditions.append("confirmed_frame IS NOT NULL" if table == "tracks" else f"{table}.track_id IN ({_CONFIRMED})")
     for name in wanted:
-        of, _, column = name.partition(".")
-        if of not in BY_NAME or column not in {known for known, _, _ in BY_NAME[of].columns}:
+        other_table, _, column = name.partition(".")
+        if other_table not in BY_NAME or column not in {known for known, _, _ in BY_NAME[other_table].columns}:
             raise ValueError(f"Evidence has no column {name!r}: docs/evidence.md lists them.")
     sql = f"SELECT {', '.join(wanted)} FROM {table}"  # noqa: S608
     sql += "".join(f" LEFT JOIN {other} ON {_join(table, other)}" for other in joined if other != table)
@@ -182,18 +182,18 @@ def read_runners_up(reader: EvidenceReader) -> tuple[IntArray, FloatArray]:
         Class, shape (n,), -1: no second class has votes; share, shape (n,), NaN in that case.
     """
     ids = read_columns(reader, "tracks", "track_id", "class_id", confirmed=True)
-    newest = reader.query(
+    last_recognitions = reader.query(
         "SELECT t.track_id, r.runner_up, r.votes FROM tracks t JOIN recognitions r "
         "ON r.frame = t.last_frame AND r.track_id = t.track_id WHERE t.confirmed_frame IS NOT NULL"
     )
-    found = {track: (runner_up, votes) for track, runner_up, votes in newest}
+    found = {track: (runner_up, votes) for track, runner_up, votes in last_recognitions}
     # A box that ends outside the picture is not recognised there, so its last recognition is in an earlier frame.
     earlier = (
         "SELECT r.runner_up, r.votes FROM tracks t JOIN recognitions r ON r.track_id = t.track_id "
         "AND r.frame BETWEEN t.first_frame AND t.last_frame WHERE t.track_id = ? ORDER BY r.frame DESC LIMIT 1"
     )
     seconds, shares = np.full(len(ids), -1), np.full(len(ids), np.nan)
-    for place, (track, label) in enumerate(zip(ids.values("track_id"), ids.values("class_id"), strict=True)):
+    for index, (track, label) in enumerate(zip(ids.values("track_id"), ids.values("class_id"), strict=True)):
         row = found.get(track)
         if row is None and label is not None:
             row = next(iter(reader.query(earlier, (track,))), None)
@@ -202,27 +202,27 @@ def read_runners_up(reader: EvidenceReader) -> tuple[IntArray, FloatArray]:
         votes = np.frombuffer(row[1], _VECTORS["votes"])
         total = float(votes.sum())
         if total > 0 and votes[row[0]] > 0:
-            seconds[place], shares[place] = row[0], votes[row[0]] / total
+            seconds[index], shares[index] = row[0], votes[row[0]] / total
     return seconds, shares
 
 
-def sample_detections(reader: EvidenceReader, most: int) -> tuple[Columns, int]:
+def sample_detections(reader: EvidenceReader, max_detections: int) -> tuple[Columns, int]:
     """Detections with the track of each, evenly spread over the run.
 
     Args:
         reader: of the run.
-        most: largest number of detections.
+        max_detections: largest number of detections.
 
     Returns:
         ``x`` and ``y`` of the centre, px, ``prior`` and ``track_id`` (NULL: no track); the number of all detections.
     """
     total = count(reader, "detections")
-    every = max(1, -(-total // most))
+    step = max(1, -(-total // max_detections))
     rows = reader.query(
         "SELECT x, y, prior, track_id FROM (SELECT (d.x1 + d.x2) / 2 AS x, (d.y1 + d.y2) / 2 AS y, d.prior AS prior, "
         "t.track_id AS track_id, row_number() OVER (ORDER BY d.frame, d.row) AS number FROM detections d "
         "LEFT JOIN track_frames t ON t.frame = d.frame AND t.detection = d.row) WHERE number % ? = 0",
-        (every,),
+        (step,),
     )
     return Columns(("x", "y", "prior", "track_id"), rows), total
 

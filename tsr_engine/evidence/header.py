@@ -87,12 +87,12 @@ class RunHeader:
         found = []
         if (self.video.sha256, self.video.size) != (other.video.sha256, other.video.size):
             found.append(f"video: {self.video.name} against {other.video.name}")
-        for title, mine, theirs in (
+        for title, own_values, other_values in (
             ("parameter ", _flat(self.parameters), _flat(other.parameters)),
             ("model ", dict(self.models), dict(other.models)),
         ):
-            for name in sorted(mine.keys() | theirs.keys()):
-                a, b = mine.get(name, "unset"), theirs.get(name, "unset")
+            for name in sorted(own_values.keys() | other_values.keys()):
+                a, b = own_values.get(name, "unset"), other_values.get(name, "unset")
                 if a != b:
                     found.append(f"{title}{name}: {str(a)[:12]} against {str(b)[:12]}")
         if self.labels != other.labels:

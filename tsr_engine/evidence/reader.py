@@ -126,20 +126,20 @@ class EvidenceReader:
             stop: frame after the last; unset: all frames committed at the time of the call.
             pixels: whether to read the regions.
         """
-        for first, behind in self._blocks(start, stop):
+        for first, stop_frame in self._blocks(start, stop):
             with self._snapshot():
-                heads = self._rows("frames", first, behind)
-                tables = {name: self._grouped(name, first, behind) for name in _FRAME_TABLES}
-                tables["regions"] = self._grouped("regions", first, behind) if pixels else {}
+                heads = self._rows("frames", first, stop_frame)
+                tables = {name: self._grouped(name, first, stop_frame) for name in _FRAME_TABLES}
+                tables["regions"] = self._grouped("regions", first, stop_frame) if pixels else {}
             for head in heads:
                 rows = StoredFrame(head, {name: groups.get(head[0], []) for name, groups in tables.items()})
                 yield frame_of(rows)
 
     def frame_table(self, start: int = 0, stop: int | None = None) -> Iterator[tuple[int, TableEntry]]:
         """Yield ordinal and frame table entry of ``start <= frame < stop``."""
-        for first, behind in self._blocks(start, stop, 4096):
+        for first, stop_frame in self._blocks(start, stop, 4096):
             sql = "SELECT frame, pts, key_frame, corrupt FROM frames WHERE frame >= ? AND frame < ? ORDER BY frame"
-            for frame, pts, key, corrupt in self._query(sql, (first, behind)):
+            for frame, pts, key, corrupt in self._query(sql, (first, stop_frame)):
                 yield frame, TableEntry(pts, bool(key), bool(corrupt))
 
     def track(self, track_id: int) -> Iterator[tuple[int, TrackFrame]]:
@@ -148,12 +148,12 @@ class EvidenceReader:
         span = self._query("SELECT min(frame), max(frame) FROM track_frames WHERE track_id = ?", (track_id,))[0]
         if span[0] is None:
             return
-        for first, behind in self._blocks(span[0], span[1] + 1):
+        for first, stop_frame in self._blocks(span[0], span[1] + 1):
             groups: dict[str, dict[int, list[Row]]] = {}
             with self._snapshot():
                 for name in tables:
                     groups[name] = {}
-                    for row in self._rows(name, first, behind, "AND track_id = ?", (track_id,)):
+                    for row in self._rows(name, first, stop_frame, "AND track_id = ?", (track_id,)):
                         groups[name].setdefault(row[0], []).append(row)
             for frame, (row, *_) in groups["track_frames"].items():
                 yield frame, track_of(row, {name: groups[name].get(frame, []) for name in tables[1:]})
@@ -169,9 +169,9 @@ class EvidenceReader:
         self, start: int = 0, stop: int | None = None, *, track_id: int | None = None
     ) -> Iterator[tuple[int, Event]]:
         """Yield ordinal and event, in order."""
-        narrow, values = ("", ()) if track_id is None else ("AND track_id = ?", (track_id,))
-        for first, behind in self._blocks(start, stop, 4096):
-            for row in self._rows("events", first, behind, narrow, values):
+        condition, values = ("", ()) if track_id is None else ("AND track_id = ?", (track_id,))
+        for first, stop_frame in self._blocks(start, stop, 4096):
+            for row in self._rows("events", first, stop_frame, condition, values):
                 yield row[0], event_of(EventRow(*row))
 
     def result_rows(self, confirmed_only: bool = True) -> Iterator[ResultRow]:
@@ -185,8 +185,8 @@ class EvidenceReader:
             "SELECT frame, track_id, x1, y1, x2, y2, score, source FROM track_frames "
             "WHERE frame >= ? AND frame < ? AND state <> 'dead' ORDER BY frame, track_id"
         )
-        for first, behind in self._blocks(0, None, 1024):
-            for frame, identity, x1, y1, x2, y2, score, source in self._query(sql, (first, behind)):
+        for first, stop_frame in self._blocks(0, None, 1024):
+            for frame, identity, x1, y1, x2, y2, score, source in self._query(sql, (first, stop_frame)):
                 if identity in classes:
                     label = classes[identity]
                     yield ResultRow(
@@ -225,17 +225,17 @@ class EvidenceReader:
         first, last = self.first_frame, self.last_frame
         if first is None or last is None:
             return
-        behind = last + 1 if stop is None else min(stop, last + 1)
-        for low in range(max(start, first), behind, size):
-            yield low, min(low + size, behind)
+        stop_frame = last + 1 if stop is None else min(stop, last + 1)
+        for low in range(max(start, first), stop_frame, size):
+            yield low, min(low + size, stop_frame)
 
-    def _rows(self, table: str, first: int, behind: int, narrow: str = "", values: Row = ()) -> list[Row]:
-        sql = f"SELECT * FROM {table} WHERE frame >= ? AND frame < ? {narrow} ORDER BY {_ORDER[table]}"  # noqa: S608
-        return self._query(sql, (first, behind, *values))
+    def _rows(self, table: str, first: int, stop_frame: int, condition: str = "", values: Row = ()) -> list[Row]:
+        sql = f"SELECT * FROM {table} WHERE frame >= ? AND frame < ? {condition} ORDER BY {_ORDER[table]}"  # noqa: S608
+        return self._query(sql, (first, stop_frame, *values))
 
-    def _grouped(self, table: str, first: int, behind: int) -> dict[int, list[Row]]:
+    def _grouped(self, table: str, first: int, stop_frame: int) -> dict[int, list[Row]]:
         groups: dict[int, list[Row]] = {}
-        for row in self._rows(table, first, behind):
+        for row in self._rows(table, first, stop_frame):
             groups.setdefault(row[0], []).append(row)
         return groups
 

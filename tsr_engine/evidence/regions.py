@@ -26,7 +26,7 @@ class FramePixels:
     def __init__(self, picture: Picture) -> None:
         self._picture = picture
         self.height, self.width = picture.shape[:2]
-        self._asked: dict[Rectangle, None] = {}
+        self._requested: dict[Rectangle, None] = {}
 
     def crop(self, x1: int, y1: int, x2: int, y2: int) -> Picture:
         """The BGR pixels of ``[x1, x2) x [y1, y2)``; beyond the frame the border is replicated.
@@ -36,7 +36,7 @@ class FramePixels:
         if x2 <= x1 or y2 <= y1:
             return np.zeros((max(0, y2 - y1), max(0, x2 - x1), 3), np.uint8)
         inner = _inside(x1, y1, x2, y2, self.width, self.height)
-        self._asked[inner] = None
+        self._requested[inner] = None
         pixels = self._picture[inner[1] : inner[3], inner[0] : inner[2]]
         return _replicate(pixels, inner, x1, y1, x2, y2)
 
@@ -48,7 +48,7 @@ class FramePixels:
         """
         grown = [
             (max(0, x1 - pad), max(0, y1 - pad), min(self.width, x2 + pad), min(self.height, y2 + pad))
-            for x1, y1, x2, y2 in self._asked
+            for x1, y1, x2, y2 in self._requested
         ]
         return tuple(
             Region(x1, y1, np.ascontiguousarray(self._picture[y1:y2, x1:x2])) for x1, y1, x2, y2 in merge(grown)
@@ -118,14 +118,14 @@ def merge(rectangles: Iterable[Rectangle]) -> list[Rectangle]:
     """
     merged: list[Rectangle] = []
     for rectangle in sorted(set(rectangles)):
-        current = rectangle
+        candidate = rectangle
         while True:
-            partner = next((other for other in merged if _worth_merging(current, other)), None)
+            partner = next((other for other in merged if _worth_merging(candidate, other)), None)
             if partner is None:
                 break
             merged.remove(partner)
-            current = _bounding(current, partner)
-        merged.append(current)
+            candidate = _bounding(candidate, partner)
+        merged.append(candidate)
     return sorted(merged)
 
 

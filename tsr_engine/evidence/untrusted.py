@@ -36,17 +36,17 @@ def check_untrusted(path: Path, frames: int) -> None:
     Raises:
         EvidenceError: names the offending content.
     """
-    left = _MAX_STEPS // _STEPS_PER_CHECK
+    checks_left = _MAX_STEPS // _STEPS_PER_CHECK
 
-    def spend() -> int:
-        nonlocal left
-        left -= 1
-        return left < 0
+    def count_down() -> int:
+        nonlocal checks_left
+        checks_left -= 1
+        return checks_left < 0
 
     address = f"{path.resolve().as_uri()}?mode=ro&immutable=1"
     try:
         with closing(sqlite3.connect(address, uri=True, isolation_level=None)) as store:
-            store.set_progress_handler(spend, _STEPS_PER_CHECK)
+            store.set_progress_handler(count_down, _STEPS_PER_CHECK)
             store.execute("PRAGMA trusted_schema = OFF")
             store.execute("PRAGMA cell_size_check = ON")
             _check_schema(path, store)
@@ -59,7 +59,7 @@ def check_untrusted(path: Path, frames: int) -> None:
                         f"{path.name} has {count} rows in {table.name}, more than {frames} frames can have."
                     )
     except sqlite3.OperationalError as error:
-        if left < 0:
+        if checks_left < 0:
             raise EvidenceError(f"{path.name} takes too long to look at for {frames} frames.") from None
         raise EvidenceError(f"{path.name} cannot be read: {error}.") from None
     except sqlite3.DatabaseError as error:
@@ -67,20 +67,21 @@ def check_untrusted(path: Path, frames: int) -> None:
 
 
 def _check_schema(path: Path, store: sqlite3.Connection) -> None:
-    with closing(sqlite3.connect(":memory:")) as ours:
-        create_tables(ours)
-        known = ours.execute(_SCHEMA_QUERY).fetchall()
+    with closing(sqlite3.connect(":memory:")) as reference:
+        create_tables(reference)
+        known = reference.execute(_SCHEMA_QUERY).fetchall()
     # One row more than ours is enough to detect a difference.
     found = store.execute(f"{_SCHEMA_QUERY} LIMIT {len(known) + 1}").fetchall()
     if len(found) == len(known) and all(
-        row == own or (row[:3] == own[:3] and _is_earlier(row)) for row, own in zip(found, known, strict=True)
+        row == known_row or (row[:3] == known_row[:3] and _is_earlier(row))
+        for row, known_row in zip(found, known, strict=True)
     ):
         return
     other = next((row for row in found if row not in known and not _is_earlier(row)), None)
-    what = (
+    difference = (
         "lacks a table" if other is None else f"has the {str(other[0])[:20]} {str(other[1])[:60]!r}, which is not ours"
     )
-    raise EvidenceError(f"{path.name} {what}. Make it anew with this version.")
+    raise EvidenceError(f"{path.name} {difference}. Make it anew with this version.")
 
 
 def _is_earlier(row: tuple[str, str, str, str | None]) -> bool:

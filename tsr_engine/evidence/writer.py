@@ -38,7 +38,7 @@ class EvidenceWriter:
         connection: sqlite3.Connection,
         lock: int,
         chunk: int,
-        before: RunHeader | None = None,
+        earlier_header: RunHeader | None = None,
     ) -> None:
         self.folder = folder
         self.header = header
@@ -50,8 +50,8 @@ class EvidenceWriter:
         self._changed: dict[int, StoredTrack] = {}
         self._open: dict[int, StoredTrack] = {}
         self._closed = False
-        self._torn = False
-        self._before = before
+        self._append_interrupted = False
+        self._earlier_header = earlier_header
         with storage_errors(folder):
             last = connection.execute("SELECT max(frame) FROM frames").fetchone()[0]
         self._last: int | None = last
@@ -99,8 +99,8 @@ class EvidenceWriter:
                 try:
                     connection.execute("BEGIN IMMEDIATE")
                     create_tables(connection)
-                    facts = [("schema_version", str(SCHEMA_VERSION)), ("identity", header.identity())]
-                    connection.executemany("INSERT INTO meta VALUES (?, ?)", facts)
+                    meta = [("schema_version", str(SCHEMA_VERSION)), ("identity", header.identity())]
+                    connection.executemany("INSERT INTO meta VALUES (?, ?)", meta)
                     connection.execute("COMMIT")
                     header = header.ended("running")
                     write_header(folder, header)
@@ -146,7 +146,7 @@ class EvidenceWriter:
                 try:
                     check_identity(connection, folder, stored)
                     write_header(folder, stored.ended("running"))
-                    return cls(folder, stored.ended("running"), connection, lock, chunk, before=stored)
+                    return cls(folder, stored.ended("running"), connection, lock, chunk, earlier_header=stored)
                 except BaseException:
                     connection.close()
                     raise
@@ -172,7 +172,7 @@ class EvidenceWriter:
         """
         if self._last is not None and evidence.ordinal != self._last + 1:
             raise ValueError(f"EvidenceWriter expects frame {self._last + 1} next. Got {evidence.ordinal} instead.")
-        self._torn = True
+        self._append_interrupted = True
         add_rows(self._rows, evidence, entry or TableEntry(), self.header.keep_pixels)
         self._summarise(evidence)
         self._last = int(evidence.ordinal)
@@ -181,9 +181,9 @@ class EvidenceWriter:
             if self._pending >= self.chunk:
                 self.commit()
         except (StorageError, EvidenceError):
-            self._torn = False  # the transaction was rolled back and can be tried again
+            self._append_interrupted = False  # the transaction was rolled back and can be tried again
             raise
-        self._torn = False
+        self._append_interrupted = False
 
     def commit(self) -> None:
         """Commit all appended frames, so that readers see them.
@@ -223,7 +223,7 @@ class EvidenceWriter:
             return
         self._closed = True
         try:
-            if not self._torn:
+            if not self._append_interrupted:
                 self.commit()
             self.header = self.header.ended(state, reason)
             write_header(self.folder, self.header)
@@ -240,10 +240,10 @@ class EvidenceWriter:
         Raises:
             StorageError: the disk is full.
         """
-        if self._before is None:
+        if self._earlier_header is None:
             self.close("failed", "The run ended before its first frame.")
         else:
-            self.close(self._before.state, self._before.reason)
+            self.close(self._earlier_header.state, self._earlier_header.reason)
 
     def __enter__(self) -> EvidenceWriter:
         return self
@@ -288,10 +288,10 @@ def check_identity(connection: sqlite3.Connection, folder: Path, header: RunHead
         EvidenceError: it belongs to another run, or is not an evidence database.
     """
     try:
-        facts = dict(connection.execute("SELECT name, value FROM meta").fetchall())
+        meta = dict(connection.execute("SELECT name, value FROM meta").fetchall())
     except sqlite3.DatabaseError as error:
         raise EvidenceError(f"{folder / DATABASE} is damaged ({error}). Track the video again.") from None
-    if facts.get("schema_version") != str(SCHEMA_VERSION) or facts.get("identity") != header.identity():
+    if meta.get("schema_version") != str(SCHEMA_VERSION) or meta.get("identity") != header.identity():
         raise EvidenceError(
             f"{folder / DATABASE} does not belong to the {RUN_FILE} beside it. Restore the run's files."
         )
@@ -303,8 +303,8 @@ def refuse_run_files(outputs: Iterable[Path], folder: Path) -> None:
     Raises:
         UsageError: an output is one of them.
     """
-    own = (RUN_FILE, LOCK_FILE, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm")
-    refuse_inputs(outputs, [folder / name for name in own], "a file of the evidence itself")
+    run_files = (RUN_FILE, LOCK_FILE, DATABASE, f"{DATABASE}-wal", f"{DATABASE}-shm")
+    refuse_inputs(outputs, [folder / name for name in run_files], "a file of the evidence itself")
 
 
 def _holds_frames(path: Path) -> bool:

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from tsr_engine.exchange.added_labels import DeclaredLabel, with_labels
 from tsr_engine.exchange.dataset import Skipped, Track
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import Attribute, AttributeKind, AttributeValue, Label, LabelSet
 from tsr_engine.track_table import NO_CLASS
@@ -156,7 +156,7 @@ def _answer(attribute: Attribute, value: AttributeValue) -> AttributeValue:
     elif attribute.kind == "number":
         number = math.nan
         with suppress(ValueError, OverflowError):
-            number = real_number(value) if isinstance(value, str) else float(value)
+            number = parse_real(value) if isinstance(value, str) else float(value)
         result = number if math.isfinite(number) else result
     problem = attribute.problem(result)
     if problem is not None:

@@ -10,7 +10,7 @@ from typing import Final
 from tsr_engine.exchange.dataset import Dataset, Skipped, Track
 from tsr_engine.exchange.frame_rows import TrackInfo
 from tsr_engine.exchange.notes import notes_to_text
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import AttributeValue
 from tsr_engine.plural import plural
@@ -110,14 +110,14 @@ def parse_attributes(value: object, file: str, where: int | str | None) -> dict[
         except (ValueError, RecursionError):
             found = None
     if not isinstance(found, dict):
-        raise refuse(file, where, f"attributes must be a JSON object. Got {str(value)[:40]!r}. Correct it.")
+        raise rule_error(file, where, f"attributes must be a JSON object. Got {str(value)[:40]!r}. Correct it.")
     out: dict[str, AttributeValue] = {}
     for name, each in found.items():
         if each is None or each == "":
             continue
         if not isinstance(each, bool | int | float | str) or (isinstance(each, float) and not math.isfinite(each)):
             rule = f"attribute {name[:40]!r} must be true, false, a number or a text. Got {str(each)[:40]!r}."
-            raise refuse(file, where, rule)
+            raise rule_error(file, where, rule)
         out[name] = each
     return out
 

@@ -9,8 +9,8 @@ from typing import TypeVar, cast
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Skipped
 from tsr_engine.exchange.formats import BAD_BOXES, ImportTarget
-from tsr_engine.exchange.reading import location_of, refuse
 from tsr_engine.plural import plural
+from tsr_engine.exchange.reading import location_of, rule_error
 
 __all__ = ["NO_BOX", "BoxRules", "Edges"]
 
@@ -63,7 +63,7 @@ class BoxRules:
             rule = f"box {_text(edges)} must have four finite numbers. Correct it."
         else:
             rule = f"box {_text(edges)} must have a positive width and height. Correct it, or delete the row."
-        self._leave_out(refuse(file, line, rule))
+        self._leave_out(rule_error(file, line, rule))
         return False
 
     def _leave_out(self, error: ImportFormatError) -> None:

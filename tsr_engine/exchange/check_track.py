@@ -20,30 +20,32 @@ def check_track(track: Track, video: DatasetVideo, labels: Collection[int]) -> N
         ExportError: the track breaks one; names video, track and frame.
     """
 
-    def fail(rule: str) -> ExportError:
+    def rule_error(rule: str) -> ExportError:
         return ExportError(f"{video.name}, track {track.uid!r}: {rule} Correct the track, or leave it out.")
 
     n = len(track.frames)
     if n == 0:
-        raise fail("has no boxes.")
+        raise rule_error("has no boxes.")
     for name in ("key", "occluded", "score", "labels", "ignore", "silent"):
         values = getattr(track, name)
         if values is not None and values.shape != (n,):
-            raise fail(f"{name} has shape {values.shape}, must have ({n},).")
+            raise rule_error(f"{name} has shape {values.shape}, must have ({n},).")
     if track.boxes.shape != (n, 4):
-        raise fail(f"boxes have shape {track.boxes.shape}, must have ({n}, 4).")
+        raise rule_error(f"boxes have shape {track.boxes.shape}, must have ({n}, 4).")
     if n > 1 and not (np.diff(track.frames) > 0).all():
-        raise fail("has two boxes in one frame, or frames out of order.")
+        raise rule_error("has two boxes in one frame, or frames out of order.")
     if track.frames[0] < 0 or track.frames[-1] >= video.frames:
-        raise fail(f"frames {track.frames[0]} to {track.frames[-1]} must be in 0 to {video.frames - 1}.")
+        raise rule_error(f"frames {track.frames[0]} to {track.frames[-1]} must be in 0 to {video.frames - 1}.")
     bad = ~np.isfinite(track.boxes).all(axis=1)
     bad |= (track.boxes[:, 0] >= track.boxes[:, 2]) | (track.boxes[:, 1] >= track.boxes[:, 3])
     if bad.any():
         k = int(np.flatnonzero(bad)[0])
-        raise fail(f"frame {track.frames[k]}: box {track.boxes[k].tolist()} must be finite with x1 < x2, y1 < y2.")
+        raise rule_error(
+            f"frame {track.frames[k]}: box {track.boxes[k].tolist()} must be finite with x1 < x2, y1 < y2."
+        )
     if any(values.shape != (n,) for values in track.changing.values()):
-        raise fail(f"has an attribute without {n} answers, one per frame.")
+        raise rule_error(f"has an attribute without {n} answers, one per frame.")
     used = {track.label} if track.labels is None else {track.label, *np.unique(track.labels).tolist()}
     strange = [label for label in used if label != NO_CLASS and label not in labels]
     if strange:
-        raise fail(f"has the label {strange[0]}, an id that its set never had.")
+        raise rule_error(f"has the label {strange[0]}, an id that its set never had.")

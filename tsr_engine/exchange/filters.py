@@ -154,16 +154,16 @@ def without_ignored(dataset: Dataset) -> tuple[Dataset, int]:
     if not boxes:
         return dataset, 0
 
-    def passes(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
-        def once() -> Iterator[Track]:
+    def make_tracks(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
+        def filtered_tracks() -> Iterator[Track]:
             for track in video.tracks():
                 kept = track if track.ignore is None else select_frames(track, ~track.ignore)
                 if kept is not None:
                     yield replace(kept, notes=track.notes)
 
-        return once
+        return filtered_tracks
 
-    return replace(dataset, videos=tuple(replace(video, tracks=passes(video)) for video in dataset.videos)), boxes
+    return replace(dataset, videos=tuple(replace(video, tracks=make_tracks(video)) for video in dataset.videos)), boxes
 
 
 def clip_dataset(dataset: Dataset) -> Dataset:
@@ -172,25 +172,25 @@ def clip_dataset(dataset: Dataset) -> Dataset:
 
 
 def _clipped_passes(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
-    def once() -> Iterator[Track]:
+    def filtered_tracks() -> Iterator[Track]:
         for track in video.tracks():
             part, _ = clip_track(track, video)
             if part is not None:
                 yield part
 
-    return once
+    return filtered_tracks
 
 
 def _filtered_passes(video: DatasetVideo, filters: Filters, first: int, stop: int) -> Callable[[], Iterator[Track]]:
     """Make passes over the tracks that pass the filters."""
 
-    def once() -> Iterator[Track]:
+    def filtered_tracks() -> Iterator[Track]:
         for track in video.tracks():
             kept = _filter_track(track, filters, first, stop)
             if kept is not None:
                 yield kept
 
-    return once
+    return filtered_tracks
 
 
 def _reason_left_out(track: Track, filters: Filters) -> str | None:

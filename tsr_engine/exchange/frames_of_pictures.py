@@ -18,7 +18,7 @@ from tsr_engine.exchange.frame_numbering import find_origin
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.picture_names import EXPECTED_NAMES
 from tsr_engine.exchange.picture_sequences import ListedPicture, PictureSequence, UnnumberedPicture, group_pictures
-from tsr_engine.exchange.reading import location_of, refuse
+from tsr_engine.exchange.reading import location_of, rule_error
 from tsr_engine.exchange.roboflow import refuse_changed_pictures
 from tsr_engine.exchange.video_spellings import normalized_name
 from tsr_engine.plural import plural
@@ -124,7 +124,7 @@ def _assign_frames(
         requested=validator.target.switches.get("first_frame", "auto"),
         scheme=sequence.scheme(),
         what=sequence.number_kind,
-        fail=lambda rule: refuse(listed[sequence.indices[0]].file, listed[sequence.indices[0]].line, rule),
+        fail=lambda rule: rule_error(listed[sequence.indices[0]].file, listed[sequence.indices[0]].line, rule),
     )
     last = video.frames - 1 + numbering.origin
     for index, number in (
@@ -132,7 +132,7 @@ def _assign_frames(
         *((sequence.indices[0], end) for end in sequence.span),
     ):
         if not numbering.origin <= number <= last:
-            raise refuse(
+            raise rule_error(
                 listed[index].file,
                 listed[index].line,
                 f"frame {number} must be in {numbering.origin} to {last}, the frames of {video.name}. Check that it is "
@@ -148,7 +148,7 @@ def _frame_at(seconds: float, picture: ListedPicture, video: DatasetVideo) -> in
     """The frame nearest to a time, counted from the first frame."""
     times = video.times
     if times is None or not len(times):
-        raise refuse(
+        raise rule_error(
             picture.file,
             picture.line,
             f"{picture.name[:80]!r} has a time, but the times of {video.name} are not known. Call it frame_000010.",
@@ -158,7 +158,7 @@ def _frame_at(seconds: float, picture: ListedPicture, video: DatasetVideo) -> in
     neighbour_distances = [abs(float(times[k] - times[frame])) for k in (frame - 1, frame + 1) if 0 <= k < len(times)]
     # Times in names are rounded.
     if abs(float(times[frame]) - wanted) > min(neighbour_distances, default=0.0) / 2 + 0.0005:
-        raise refuse(
+        raise rule_error(
             picture.file,
             picture.line,
             f"the time {seconds:g} s in {picture.name[:80]!r} is that of no frame of {video.name}, which lasts "
@@ -181,7 +181,7 @@ def _refuse_duplicates(listed: Sequence[ListedPicture], out: list[int | None], v
         if one.name == two.name and one.file != two.file:
             repeated += 1
             continue
-        raise refuse(
+        raise rule_error(
             two.file,
             two.line,
             f"is frame {frame}, as {location_of(one.file, one.line)} is. A frame has one picture: leave out the one of "
@@ -218,7 +218,7 @@ def _several_videos_error(
         sequences,
         lambda sequence: "/".join(sequence.folder) or sequence.display_name if by_folder else sequence.display_name,
     )
-    return refuse(
+    return rule_error(
         file,
         None,
         f"has pictures of {found}; {reason}. Choose with video=NAME, or import onto the video that it is about.",
@@ -236,4 +236,4 @@ def _listing(sequences: list[PictureSequence], name: Callable[[PictureSequence],
 
 def _no_number_error(picture: ListedPicture, reason: str) -> ImportFormatError:
     what = "its name" if picture.name == picture.file else f"the picture {picture.name[:80]!r}"
-    return refuse(picture.file, picture.line, f"{what} {reason}. Call it {EXPECTED_NAMES}.")
+    return rule_error(picture.file, picture.line, f"{what} {reason}. Call it {EXPECTED_NAMES}.")

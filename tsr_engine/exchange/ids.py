@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import Final, TypeGuard
 
-from tsr_engine.exchange.reading import refuse
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.exchange.reading import rule_error
+from tsr_engine.io.plain_numbers import parse_real
 
 __all__ = ["id_of", "is_number", "real_of", "track_of", "whole_of"]
 
@@ -43,7 +43,7 @@ def track_of(value: object, what: str, file: str, where: str) -> int | str | Non
         return None
     found = id_of(value)
     if found is None:
-        raise refuse(file, where, f"{what} must be a whole number. Got {str(value)[:40]!r}. Correct it.")
+        raise rule_error(file, where, f"{what} must be a whole number. Got {str(value)[:40]!r}. Correct it.")
     return None if found == -1 else found
 
 
@@ -56,7 +56,7 @@ def whole_of(value: object, what: str, file: str, where: str) -> int:
     found = id_of(value)
     if isinstance(found, int):
         return found
-    raise refuse(file, where, f"{what} must be a whole number. Got {str(value)[:40]!r}.")
+    raise rule_error(file, where, f"{what} must be a whole number. Got {str(value)[:40]!r}.")
 
 
 def real_of(value: object, what: str, file: str, where: str, *, in_text: bool = False) -> float:
@@ -74,13 +74,13 @@ def real_of(value: object, what: str, file: str, where: str, *, in_text: bool = 
     """
     if in_text and isinstance(value, str):
         try:
-            return real_number(value)
+            return parse_real(value)
         except ValueError:
             pass
     if not is_number(value):
         description = "null or NaN" if value is None else repr(str(value)[:40])
-        raise refuse(file, where, f"{what} must be a finite number. Got {description}.")
+        raise rule_error(file, where, f"{what} must be a finite number. Got {description}.")
     try:
         return float(value)
     except OverflowError:
-        raise refuse(file, where, f"{what} is too large. Correct it.") from None
+        raise rule_error(file, where, f"{what} is too large. Correct it.") from None

@@ -15,10 +15,10 @@ from tsr_engine.exchange.box_rules import BoxRules, Edges
 from tsr_engine.exchange.dataset import UNSTATED_LABEL, Dataset, DatasetVideo, Skipped, Track
 from tsr_engine.exchange.formats import ImportTarget, Switch
 from tsr_engine.exchange.label_resolver import SKIPPED_LABEL, LabelResolver
-from tsr_engine.exchange.reading import location_of, refuse, too_many_error
+from tsr_engine.exchange.reading import location_of, rule_error, too_many_error
 from tsr_engine.exchange.track_builder import TrackBuilder
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["SIZE_SWITCH", "ImportValidator"]
@@ -90,7 +90,7 @@ class ImportValidator:
         """Report what was left out and why."""
         self._skipped.append(Skipped(what, reason))
 
-    def unique(self, uid: str, file: str, line: int | str | None = None) -> str:
+    def unique_uid(self, uid: str, file: str, line: int | str | None = None) -> str:
         """A name for a new track: ``uid``, or if that is taken ``uid-2`` and so on, which is reported."""
         if uid not in self._tracks:
             return uid
@@ -115,7 +115,7 @@ class ImportValidator:
             if reported not in self._repaired:
                 self._repaired.append(reported)
             return video.width / width, video.height / height
-        raise refuse(
+        raise rule_error(
             file,
             line,
             f"has a picture size of {width:g}x{height:g} px, {video.name} has {video.width}x{video.height}. Choose the "
@@ -157,13 +157,13 @@ class ImportValidator:
             ImportFormatError: it is not a whole number, or not a frame of the video.
         """
         try:
-            number = real_number(frame) if isinstance(frame, str) else float(frame)
+            number = parse_real(frame) if isinstance(frame, str) else float(frame)
             ordinal = int(number) - origin
         except (TypeError, ValueError, OverflowError):
-            raise refuse(file, line, f"frame {str(frame)[:40]!r} must be a whole number. Correct it.") from None
+            raise rule_error(file, line, f"frame {str(frame)[:40]!r} must be a whole number. Correct it.") from None
         count, video = self.target.video.frames, self.target.video.name
         if number != int(number) or not 0 <= ordinal < count:
-            raise refuse(
+            raise rule_error(
                 file,
                 line,
                 f"frame {number:.12g} must be in {origin} to {count - 1 + origin}, the frames of {video}. "
@@ -200,7 +200,7 @@ class ImportValidator:
         if not 0 <= frame < self.target.video.frames:
             self.frame(frame, file, line)
         if not (score != score or 0.0 <= score <= 1.0):
-            raise refuse(file, line, f"score {score} must be in 0 to 1. Scale the scores.")
+            raise rule_error(file, line, f"score {score} must be in 0 to 1. Scale the scores.")
         clipped = self.boxes.clip(uid, edges, file, line)
         if clipped is None:
             return False

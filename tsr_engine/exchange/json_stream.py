@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from tsr_engine.exchange.reading import MAX_JSON_BYTES, refuse
+from tsr_engine.exchange.reading import MAX_JSON_BYTES, rule_error
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["CHUNK_BYTES", "LIST_START", "members", "read_members"]
@@ -42,7 +42,7 @@ def members(path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES)
     file = path.name if name is None else name
     size = path.stat().st_size
     if size > limit:
-        raise refuse(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.")
+        raise rule_error(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.")
     with path.open("rb") as stream:
         text = _Text(stream, file)
         first = text.peek()
@@ -83,7 +83,7 @@ def _object(text: _Text) -> Iterator[Member]:
             raise text.syntax_error("a key in double quotes is missing")
         key = text.parse_value()
         if key in seen:
-            raise refuse(text.file, text.line, f"has the key {key[:60]!r} twice. Export it again.")
+            raise rule_error(text.file, text.line, f"has the key {key[:60]!r} twice. Export it again.")
         seen.add(key)
         text.expect(":")
         yield from _value(text, key)
@@ -159,11 +159,11 @@ class _Text:
             except json.JSONDecodeError as error:
                 if self._end:
                     line = self._buffer_line + self._buffer.count("\n", 0, error.pos)
-                    raise refuse(self.file, line, f"is not JSON: {error.msg}. Export it again.") from None
+                    raise rule_error(self.file, line, f"is not JSON: {error.msg}. Export it again.") from None
             except RecursionError:
-                raise refuse(self.file, self.line, "is nested too deeply. Export it again.") from None
+                raise rule_error(self.file, self.line, "is nested too deeply. Export it again.") from None
             except ValueError as error:
-                raise refuse(self.file, self.line, f"is not JSON: {error}. Export it again.") from None
+                raise rule_error(self.file, self.line, f"is not JSON: {error}. Export it again.") from None
             else:
                 # A number at the end of the buffer may go on in the file.
                 if self._buffer[end : end + 1] in _AFTER or self._end:
@@ -173,7 +173,7 @@ class _Text:
 
     def syntax_error(self, reason: str) -> Exception:
         """The error for invalid JSON."""
-        return refuse(self.file, self.line, f"is not JSON: {reason}. Export it again.")
+        return rule_error(self.file, self.line, f"is not JSON: {reason}. Export it again.")
 
     def _fill(self) -> None:
         """Read on and drop what has been passed; the steps grow while a value does not fit."""
@@ -181,14 +181,14 @@ class _Text:
         remaining = self._buffer[self._position :]
         content = self._stream.read(max(CHUNK_BYTES, len(remaining)))
         if not self._newlines and content.startswith((b"\xff\xfe", b"\xfe\xff")) and not remaining:
-            raise refuse(self.file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
+            raise rule_error(self.file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
         self._end = not content
         try:
             decoded = self._decoder.decode(content, final=self._end)
         except UnicodeDecodeError as error:
             line = 1 + self._newlines + error.object.count(b"\n", 0, error.start)
             bad = error.object[error.start]
-            raise refuse(self.file, line, f"byte 0x{bad:02x} is not UTF-8. Save the file again as UTF-8.") from None
+            raise rule_error(self.file, line, f"byte 0x{bad:02x} is not UTF-8. Save the file again as UTF-8.") from None
         self._newlines += content.count(b"\n")
         self._buffer, self._position = remaining + decoded, 0
 
@@ -197,4 +197,4 @@ class _Text:
             return
         found = max(self._buffer.find(name, self._position), self._position)
         line = self._buffer_line + self._buffer.count("\n", 0, found)
-        raise refuse(self.file, line, f"{name} is not a JSON number. Write finite numbers.")
+        raise rule_error(self.file, line, f"{name} is not a JSON number. Write finite numbers.")

@@ -89,7 +89,7 @@ class UntrackedBoxes:
             return
         boxes = [box for box, _ in self._boxes]
         linked = self._validator.target.switches.get("link", "iou") == "iou"
-        track_of_box = link(boxes) if linked else list(range(len(boxes)))
+        track_of_box = link_boxes(boxes) if linked else list(range(len(boxes)))
         names: dict[int, str] = {}
         next_number = 1
         for track in track_of_box:
@@ -118,7 +118,7 @@ class UntrackedBoxes:
         self._boxes.clear()
 
 
-def link(boxes: list[_Box]) -> list[int]:
+def link_boxes(boxes: list[_Box]) -> list[int]:
     """Track number of each box; tracks are numbered in the order in which they begin."""
     order = sorted(range(len(boxes)), key=lambda k: (boxes[k].frame, k))
     track_of_box = [-1] * len(boxes)

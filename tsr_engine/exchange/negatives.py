@@ -18,7 +18,7 @@ from tsr_engine.exchange.filters import only_tracks
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import label_name
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import LabelSet
 
@@ -89,7 +89,7 @@ def with_negatives(dataset: Dataset, entry: JsonMapping, target: ImportTarget, f
     for position, track in enumerate(listed, start=1):
         where = f"negative {position} of {video.name}"
         if not isinstance(track, dict):
-            raise refuse(file, where, "must be an object. Export it again.")
+            raise rule_error(file, where, "must be an object. Export it again.")
         if str(track.get("id")) not in known_uids:
             _add_track(track, validator, file, where)
     found = validator.finish(file)
@@ -106,7 +106,7 @@ def with_negatives(dataset: Dataset, entry: JsonMapping, target: ImportTarget, f
 def _add_track(track: JsonMapping, validator: ImportValidator, file: str, where: str) -> None:
     uid, frames, boxes = track.get("id"), track.get("frames"), track.get("boxes")
     if not isinstance(uid, str) or not isinstance(frames, list) or not isinstance(boxes, list):
-        raise refuse(file, where, "must have id, frames and boxes. Export it again.")
+        raise rule_error(file, where, "must have id, frames and boxes. Export it again.")
     columns = {"boxes": boxes}
     for name in ("score", "classes", *_FLAGS):
         column = track.get(name)
@@ -114,17 +114,19 @@ def _add_track(track: JsonMapping, validator: ImportValidator, file: str, where:
             columns[name] = column
     changing = track.get("changing", {})
     if not isinstance(changing, dict):
-        raise refuse(file, where, "changing must be an object of lists. Export it again.")
+        raise rule_error(file, where, "changing must be an object of lists. Export it again.")
     for name, column in [*columns.items(), *changing.items()]:
         if not isinstance(column, list) or len(column) != len(frames):
-            raise refuse(file, where, f"{name} must be a list of {len(frames)} values, one a frame. Export it again.")
+            raise rule_error(
+                file, where, f"{name} must be a list of {len(frames)} values, one a frame. Export it again."
+            )
     track_label = validator.label(str(track.get("class", "")), file, where)
     for k, (frame, box) in enumerate(zip(frames, boxes, strict=True)):
         if not isinstance(box, list) or len(box) != 4 or not all(type(edge) in (int, float) for edge in box):
-            raise refuse(file, where, f"a box must be four numbers. Got {str(box)[:60]}. Export it again.")
+            raise rule_error(file, where, f"a box must be four numbers. Got {str(box)[:60]}. Export it again.")
         score = columns["score"][k] if "score" in columns else None
         if score is not None and type(score) not in (int, float):
-            raise refuse(file, where, f"score must be a number. Got {str(score)[:40]!r}. Export it again.")
+            raise rule_error(file, where, f"score must be a number. Got {str(score)[:40]!r}. Export it again.")
         key, occluded, ignore = (bool(columns[name][k]) if name in columns else False for name in _FLAGS)
         validator.box(
             uid,

@@ -57,7 +57,7 @@ class PictureList:
         """Name of a frame's picture without folder and suffix."""
         return f"{self.prefix}frame_{frame:06d}"
 
-    def listed(self, subset: str | None = None) -> Iterator[tuple[int, slice]]:
+    def frames_and_rows(self, subset: str | None = None) -> Iterator[tuple[int, slice]]:
         """The listed frames of a subset (unset: of all), and the slice of their rows."""
         row_ranges = dict(self.rows.table.by_frame())
         no_rows = slice(0, 0)

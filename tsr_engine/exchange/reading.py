@@ -17,7 +17,7 @@ __all__ = [
     "open_text",
     "read_json",
     "read_text",
-    "refuse",
+    "rule_error",
     "too_many_error",
 ]
 
@@ -25,18 +25,20 @@ MAX_JSON_BYTES = 512 << 20
 """Largest text file that is read into memory, bytes."""
 
 
-def refuse(file: str, line: int | str | None, rule: str, kind: ImportProblem = "broken") -> ImportFormatError:
+def rule_error(file: str, line: int | str | None, rule: str, kind: ImportProblem = "broken") -> ImportFormatError:
     """The error for a broken rule: ``FILE, line N: rule``; a text instead of a number describes the place."""
     return ImportFormatError(f"{location_of(file, line)}: {rule}", kind)
 
 
 def too_many_error(what: str, limit: int, file: str, line: int | str | None = None) -> ImportFormatError:
     """The error for an import with too many items of a kind."""
-    return refuse(file, line, f"holds more than {limit} {what}, the most that one import takes. Split it.", "too_large")
+    return rule_error(
+        file, line, f"holds more than {limit} {what}, the most that one import takes. Split it.", "too_large"
+    )
 
 
 def _too_large_error(file: str, size: int, limit: int) -> ImportFormatError:
-    return refuse(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.", "too_large")
+    return rule_error(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.", "too_large")
 
 
 def location_of(file: str, line: int | str | None) -> str:
@@ -65,13 +67,13 @@ def decode_text(content: bytes, file: str, *, limit: int = MAX_JSON_BYTES) -> st
     if len(content) > limit:
         raise _too_large_error(file, len(content), limit)
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise refuse(file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
+        raise rule_error(file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         bad = content[error.start]
-        raise refuse(file, line, f"byte 0x{bad:02x} is not UTF-8. Save the file again as UTF-8.") from None
+        raise rule_error(file, line, f"byte 0x{bad:02x} is not UTF-8. Save the file again as UTF-8.") from None
 
 
 @contextmanager
@@ -102,13 +104,13 @@ def read_json(path: Path, *, limit: int = MAX_JSON_BYTES) -> object:
     def constant(name: str) -> None:
         if name == "NaN":
             return
-        raise refuse(path.name, None, f"{name} is not a JSON number. Write finite numbers.")
+        raise rule_error(path.name, None, f"{name} is not a JSON number. Write finite numbers.")
 
     try:
         return json.loads(read_text(path, limit=limit), parse_constant=constant)
     except json.JSONDecodeError as error:
-        raise refuse(path.name, error.lineno, f"is not JSON: {error.msg}. Export it again.") from None
+        raise rule_error(path.name, error.lineno, f"is not JSON: {error.msg}. Export it again.") from None
     except RecursionError:
-        raise refuse(path.name, None, "is nested too deeply. Export it again.") from None
+        raise rule_error(path.name, None, "is nested too deeply. Export it again.") from None
     except ValueError as error:
-        raise refuse(path.name, None, f"is not JSON: {error}. Export it again.") from None
+        raise rule_error(path.name, None, f"is not JSON: {error}. Export it again.") from None

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from tsr_engine.exchange.dataset import DatasetVideo
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 
 __all__ = ["refuse_changed_pictures"]
 
@@ -43,7 +43,7 @@ def refuse_changed_pictures(folder: Path, video: DatasetVideo) -> None:
         # A picture with the same aspect ratio is neither padded nor cropped.
         if size is not None and int(size["width"]) * video.height == int(size["height"]) * video.width:
             continue
-        raise refuse(
+        raise rule_error(
             _README,
             line,
             f"says of the pictures: {step[:80]!r}. Their boxes do not fit {video.name}. Export a version "

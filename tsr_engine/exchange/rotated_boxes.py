@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from tsr_engine.exchange.import_validator import ImportValidator
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 
 __all__ = ["Edges", "bounding_box"]
 
@@ -26,7 +26,7 @@ def bounding_box(edges: Edges, degrees: float, validator: ImportValidator, file:
         ImportFormatError: the rotation is not finite.
     """
     if not math.isfinite(degrees):
-        raise refuse(file, line, f"rotation must be a finite number of degrees. Got {degrees}.")
+        raise rule_error(file, line, f"rotation must be a finite number of degrees. Got {degrees}.")
     x1, y1, x2, y2 = edges
     if not degrees % 360 or not (x1 < x2 and y1 < y2):
         return edges

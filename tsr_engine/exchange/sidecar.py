@@ -14,8 +14,8 @@ from tsr_engine.exchange.attributes import attributes_as_json, parse_attributes
 from tsr_engine.exchange.frame_rows import FrameRows
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
-from tsr_engine.exchange.reading import open_text, refuse
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.exchange.reading import open_text, rule_error
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.labels.model import AttributeValue
 
 __all__ = [
@@ -133,19 +133,19 @@ def _rows_of(
                 header = [cell.strip().lower() for cell in cells]
                 missing = [name for name in required if name not in header]
                 if missing:
-                    raise refuse(file, line, f"the header must have {', '.join(required)}; missing: {missing[0]}.")
+                    raise rule_error(file, line, f"the header must have {', '.join(required)}; missing: {missing[0]}.")
                 if len(set(header)) != len(header):
-                    raise refuse(file, line, "the header has a name twice. Give each column its own.")
+                    raise rule_error(file, line, "the header has a name twice. Give each column its own.")
                 continue
             if len(cells) != len(header):
-                raise refuse(
+                raise rule_error(
                     file, line, f"must have {len(header)} cells as the header has. Got {len(cells)}. Correct it."
                 )
             yield line, dict(zip(header, cells, strict=True))
     except csv.Error as error:
-        raise refuse(file, table.line_num, f"is not a CSV file: {error}. Export it again.") from None
+        raise rule_error(file, table.line_num, f"is not a CSV file: {error}. Export it again.") from None
     if header is None:
-        raise refuse(file, 1, "is empty; must have a header. Export it again.")
+        raise rule_error(file, 1, "is empty; must have a header. Export it again.")
 
 
 def read_sidecar(path: Path, format_columns: Sequence[str]) -> Iterator[SidecarRow]:
@@ -161,11 +161,11 @@ def read_sidecar(path: Path, format_columns: Sequence[str]) -> Iterator[SidecarR
     for line, cells in read_rows(path, [*format_columns, *TRACK_COLUMNS]):
         uid = cells["uid"]
         if not uid:
-            raise refuse(path.name, line, "uid must not be empty. Give the track a name.")
+            raise rule_error(path.name, line, "uid must not be empty. Give the track a name.")
         flags = {}
         for name in ("key", "occluded", "ignore"):
             if cells[name] not in ("0", "1"):
-                raise refuse(path.name, line, f"{name} must be 0 or 1. Got {cells[name][:40]!r}.")
+                raise rule_error(path.name, line, f"{name} must be 0 or 1. Got {cells[name][:40]!r}.")
             flags[name] = cells[name] == "1"
         score = finite_number(cells["score"], "score", path.name, line) if cells["score"] else math.nan
         yield SidecarRow(
@@ -190,9 +190,9 @@ def finite_number(cell: str, name: str, file: str, line: int) -> float:
         ImportFormatError: it is not a finite number.
     """
     try:
-        value = real_number(cell)
+        value = parse_real(cell)
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise refuse(file, line, f"{name} must be a finite number. Got {cell[:40]!r}. Correct it.")
+        raise rule_error(file, line, f"{name} must be a finite number. Got {cell[:40]!r}. Correct it.")
     return value

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from tsr_engine.exchange.video_matching import is_video
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 
 __all__ = [
     "CLASS_COLUMNS",
@@ -235,7 +235,7 @@ def _parsed(text: str) -> object:
 
 def _float(value: float | str) -> float:
     try:
-        return real_number(value) if isinstance(value, str) else float(value)
+        return parse_real(value) if isinstance(value, str) else float(value)
     except OverflowError:
         return math.inf
 
@@ -243,7 +243,7 @@ def _float(value: float | str) -> float:
 def _is_number(value: object) -> bool:
     if isinstance(value, str):
         try:
-            real_number(value.strip())
+            parse_real(value.strip())
         except ValueError:
             return False
         return True

@@ -11,7 +11,7 @@ from tsr_engine.exchange.added_attributes import RowAttributes
 from tsr_engine.exchange.dataset import UNSTATED_LABEL, Track
 from tsr_engine.exchange.formats import ImportLimits
 from tsr_engine.exchange.label_resolver import SKIPPED_LABEL
-from tsr_engine.exchange.reading import refuse, too_many_error
+from tsr_engine.exchange.reading import rule_error, too_many_error
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, interpolate_rows
 from tsr_engine.track_table import NO_CLASS, IntArray
 
@@ -118,7 +118,7 @@ class TrackBuilder:
             if max(abs(a - b) for a, b in zip(box, previous_box, strict=True)) > _SAME_PX or (
                 rows.label[row] != rows.label[previous]
             ):
-                raise refuse(
+                raise rule_error(
                     self._file,
                     line,
                     f"track {uid!r} has a second, different box in frame {rows.frame[row]}; a track has one box a "

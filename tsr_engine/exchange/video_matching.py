@@ -19,7 +19,7 @@ from urllib.parse import unquote, unquote_plus, urlsplit
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.import_validator import ImportValidator
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.video_names import is_name_of, safe_stem
 
 __all__ = ["TASK_SWITCH", "VideoPart", "choose_parts", "is_video", "name_in", "name_similarity"]
@@ -133,14 +133,14 @@ def choose_parts(
         wanted = f"about {video.name}"
     if not found and parts:
         intro = "none " if option == "auto" else "none that "
-        raise refuse(
+        raise rule_error(
             file,
             None,
             f"has {len(parts)} {kind}s, {intro}{wanted}: {_listed(parts)}. Choose one with task=ID or task=NAME, "
             "or the right video.",
         )
     if len(found) > 1 and not merge:
-        raise refuse(
+        raise rule_error(
             file,
             None,
             f"has {len(found)} {kind}s that fit {video.name if option == 'auto' else repr(option)}: {_listed(found)}. "

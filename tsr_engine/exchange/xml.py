@@ -12,8 +12,8 @@ from xml.sax.saxutils import escape, quoteattr
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import XMLParser
 
-from tsr_engine.exchange.reading import refuse
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.exchange.reading import rule_error
+from tsr_engine.io.plain_numbers import parse_real
 
 __all__ = ["MAX_DEPTH", "Node", "attribute", "elements", "escape_text", "number_attribute", "quote_attribute"]
 
@@ -108,7 +108,7 @@ class _Builder:
                 self.root = tag
             if depth >= MAX_DEPTH:
                 rule = f"elements are nested deeper than {MAX_DEPTH}. Export it again."
-                raise refuse(self._file, int(expat.CurrentLineNumber), rule)
+                raise rule_error(self._file, int(expat.CurrentLineNumber), rule)
             depth += 1
             if stack:
                 node = Node(tag, attrib, expat.CurrentLineNumber)
@@ -163,20 +163,20 @@ def elements(
             while chunk := stream.read(_CHUNK):
                 parser.feed(chunk)
                 if builder.root and builder.root != root:
-                    raise refuse(file, 1, f"the outermost element is <{builder.root[:60]}>, must be <{root}>.")
+                    raise rule_error(file, 1, f"the outermost element is <{builder.root[:60]}>, must be <{root}>.")
                 yield from builder.finished
                 builder.finished.clear()
         parser.close()
     except DefusedXmlException:
         line = int(builder.expat.CurrentLineNumber)
         rule = "a DOCTYPE or entity declaration is not allowed; annotations need none. Delete it."
-        raise refuse(file, line, rule, "unsafe") from None
+        raise rule_error(file, line, rule, "unsafe") from None
     except ParseError as error:
         line, _ = error.position
         reason = str(error).split(": line")[0]
-        raise refuse(file, line, f"is not well-formed XML: {reason}. Export it again.") from None
+        raise rule_error(file, line, f"is not well-formed XML: {reason}. Export it again.") from None
     except (LookupError, UnicodeError, ValueError) as error:
-        raise refuse(file, 1, f"cannot be decoded: {error}. Save it as UTF-8.") from None
+        raise rule_error(file, 1, f"cannot be decoded: {error}. Save it as UTF-8.") from None
     yield from builder.finished
 
 
@@ -189,7 +189,7 @@ def attribute(node: Node, name: str, file: str) -> str:
     try:
         return node.attrib[name]
     except KeyError:
-        raise refuse(file, node.line, f"<{node.tag}> must have {name}. Export it again.") from None
+        raise rule_error(file, node.line, f"<{node.tag}> must have {name}. Export it again.") from None
 
 
 def number_attribute(node: Node, name: str, file: str) -> float:
@@ -200,9 +200,9 @@ def number_attribute(node: Node, name: str, file: str) -> float:
     """
     value = attribute(node, name, file)
     try:
-        return real_number(value)
+        return parse_real(value)
     except ValueError:
-        raise refuse(file, node.line, f"{name} of <{node.tag}> must be a number. Got {value[:40]!r}.") from None
+        raise rule_error(file, node.line, f"{name} of <{node.tag}> must be a number. Got {value[:40]!r}.") from None
 
 
 def escape_text(value: str) -> str:

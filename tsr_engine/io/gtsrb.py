@@ -26,7 +26,7 @@ import cv2
 import numpy as np
 
 from tsr_engine.errors import InputError
-from tsr_engine.io.plain_numbers import whole_number
+from tsr_engine.io.plain_numbers import parse_whole
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import Picture
 
@@ -184,7 +184,7 @@ def _item(table: Path, line: int, row: dict[str, str]) -> CropItem:
 
 def _integer(where: str, column: str, value: str | None) -> int:
     try:
-        return whole_number(value or "")
+        return parse_whole(value or "")
     except ValueError:
         raise InputError(f"{where}: expected a whole number in {column}, found {value!r}. Correct the line.") from None
 

@@ -6,10 +6,10 @@ them differently or not at all.
 
 from __future__ import annotations
 
-__all__ = ["real_number", "whole_number"]
+__all__ = ["parse_real", "parse_whole"]
 
 
-def real_number(text: str) -> float:
+def parse_real(text: str) -> float:
     """Parse a number with or without sign, decimals and exponent; ``nan`` and ``inf`` are accepted.
 
     Raises:
@@ -18,7 +18,7 @@ def real_number(text: str) -> float:
     return float(_plain(text))
 
 
-def whole_number(text: str) -> int:
+def parse_whole(text: str) -> int:
     """Parse digits with or without a sign.
 
     Raises:

@@ -104,7 +104,7 @@ class Video:
             if table is not None and table.time_base != decoder.time_base:
                 raise VideoError(f"{path} does not belong to its frame table: other time base. Import it again.")
             self._ledger = FrameLedger(decoder.time_base, table)
-            self._header_info = HeaderInfo.of(decoder)
+            self._header_info = HeaderInfo.from_decoder(decoder)
             self.rate = self._header_info.rate
             self._timeline = Timeline(
                 decoder.time_base, self.rate, decoder.kind.address, self._ledger, self._packet_scan
@@ -116,7 +116,7 @@ class Video:
             check_size(path, int(first.raw.width), int(first.raw.height), limits)
             self.codec = str(decoder.stream.codec_context.codec.name)
             self._size = (int(first.raw.width), int(first.raw.height))
-            self._orientation = Orientation.of(first.raw)
+            self._orientation = Orientation.from_frame(first.raw)
             self.rotation = self._orientation.degrees
             self.width, self.height = self._size[:: -1 if self._orientation.transpose else 1]
             stored = Fraction(decoder.stream.sample_aspect_ratio or 1)
@@ -167,7 +167,7 @@ class Video:
         return ~np.isin(shown.stamps, confirmed) & (np.arange(len(shown.stamps)) > (first[0] if len(first) else -1))
 
     @property
-    def timed(self) -> bool:
+    def stamps_are_times(self) -> bool:
         """Whether the file stores presentation times, so that a frame's stamp is its time."""
         return self._timeline.stamps_are_times
 
@@ -206,7 +206,7 @@ class Video:
                 path=self.path,
                 kind=self._cursor.decoder.kind,
                 header=self._header_info,
-                layout=ContainerLayout.of(self.path, self._cursor.decoder.kind),
+                layout=ContainerLayout.from_file(self.path, self._cursor.decoder.kind),
                 counts=self._counts,
                 timeline=self._timeline,
                 scan=self._packet_scan(),
@@ -297,7 +297,7 @@ class Video:
                     return
                 decoded = cursor.advance()
             if cursor.from_start:
-                self._counts = DecodeCounts.of(cursor.decoder)
+                self._counts = DecodeCounts.from_decoder(cursor.decoder)
         finally:
             cursor.close()
 
@@ -335,9 +335,9 @@ class Video:
             if self._scan is None:
                 decoder = Decoder(self.file, self.limits)
                 try:
-                    self._scan = Scan.of(decoder.scan())
+                    self._scan = Scan.from_packets(decoder.scan())
                     if self._counts is None:
-                        self._counts = DecodeCounts.of(decoder)
+                        self._counts = DecodeCounts.from_decoder(decoder)
                 finally:
                     decoder.close()
             return self._scan

@@ -44,7 +44,7 @@ class Orientation:
     flip_y: bool = False
 
     @classmethod
-    def of(cls, frame: av.VideoFrame) -> Orientation:
+    def from_frame(cls, frame: av.VideoFrame) -> Orientation:
         """The orientation in a frame's display matrix, to the nearest quarter turn.
 
         The matrix maps stored to displayed pixels, ``x' = a x + c y + tx``, ``y' = b x + d y + ty``, in rows
@@ -212,7 +212,7 @@ class Decoder:
         return False
 
     def scan(self) -> Iterator[tuple[int, int, bool, int, int]]:
-        """Yield one row for every packet whose picture is shown; see ``Scan.of``."""
+        """Yield one row for every packet whose picture is shown; see ``Scan.from_packets``."""
         for packet in self._packets():
             if packet.size and not packet.is_discard:
                 stamp = self._stamp(packet)

@@ -30,7 +30,7 @@ class ContainerLayout:
     is_complete: bool | None = None
 
     @classmethod
-    def of(cls, path: Path, kind: Kind) -> ContainerLayout:
+    def from_file(cls, path: Path, kind: Kind) -> ContainerLayout:
         """Read the headers of a file's boxes."""
         if kind.demuxer not in _BOX_READERS:
             return cls()

@@ -42,7 +42,7 @@ class Scan:
     sizes: IntArray
 
     @classmethod
-    def of(cls, rows: Iterable[tuple[int, int, bool, int, int]]) -> Scan:
+    def from_packets(cls, rows: Iterable[tuple[int, int, bool, int, int]]) -> Scan:
         """Build a scan from one tuple per packet, in the order of the attributes."""
         flat = array("q")  # an hour of video has too many frames for Python objects
         for row in rows:

@@ -46,7 +46,7 @@ class HeaderInfo:
     duration_is_stated: bool
 
     @classmethod
-    def of(cls, decoder: Decoder) -> HeaderInfo:
+    def from_decoder(cls, decoder: Decoder) -> HeaderInfo:
         """The statements of an open file's header."""
         stream = decoder.stream
         rate = stream.average_rate or stream.guessed_rate
@@ -97,7 +97,7 @@ class DecodeCounts:
     sizes: dict[tuple[int, int], int]
 
     @classmethod
-    def of(cls, decoder: Decoder) -> DecodeCounts:
+    def from_decoder(cls, decoder: Decoder) -> DecodeCounts:
         """The counts of a decoder that has read the whole file from its start."""
         return cls(decoder.packets, decoder.discarded, decoder.untimed, decoder.failed, dict(decoder.sizes))
 

@@ -10,14 +10,21 @@ from tsr_engine.recording.layers import LAYERS
 __all__ = ["about_text"]
 
 
-def about_text(title: str, facts: Mapping[str, str], header: RunHeader, boxes: Mapping[str, int]) -> str:
+def about_text(title: str, properties: Mapping[str, str], header: RunHeader, boxes: Mapping[str, int]) -> str:
     """The page in Markdown; names from files are in code spans, so that they are shown literally."""
-    lines = [f"# {_plain(title)}", "", f"Picture: {_plain(facts['picture'])}", "", "| layer | boxes |", "|---|---|"]
+    lines = [
+        f"# {_plain(title)}",
+        "",
+        f"Picture: {_plain(properties['picture'])}",
+        "",
+        "| layer | boxes |",
+        "|---|---|",
+    ]
     lines += [f"| {LAYERS[name].title} | {count} |" for name, count in boxes.items()]
     lines += ["", "| | |", "|---|---|"]
     lines += [
         f"| {_plain(name.replace('_', ' '))} | {_code(value)} |"
-        for name, value in facts.items()
+        for name, value in properties.items()
         if name not in ("configuration", "models", "picture")
     ]
     lines += ["", "## Models", "", "| model | SHA-256 |", "|---|---|"]

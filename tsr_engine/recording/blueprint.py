@@ -54,14 +54,14 @@ class BlueprintInputs:
     frames: tuple[int, int]
 
 
-def make_blueprint(opening: BlueprintInputs) -> rrb.Blueprint:
+def make_blueprint(inputs: BlueprintInputs) -> rrb.Blueprint:
     """Build the views: the picture with its layers, events beside it, time lines below; playback is paused."""
     picture = rrb.Spatial2DView(
         origin=VIDEO,
         name="Picture",
-        visual_bounds=rrb.VisualBounds2D(x_range=(0.0, opening.width), y_range=(0.0, opening.height)),
+        visual_bounds=rrb.VisualBounds2D(x_range=(0.0, inputs.width), y_range=(0.0, inputs.height)),
         overrides={
-            LAYERS[name].entity: rrb.EntityBehavior(visible=False) for name in opening.layers if not LAYERS[name].shown
+            LAYERS[name].entity: rrb.EntityBehavior(visible=False) for name in inputs.layers if not LAYERS[name].shown
         },
     )
     log = rrb.Tabs(
@@ -71,18 +71,18 @@ def make_blueprint(opening: BlueprintInputs) -> rrb.Blueprint:
         rrb.TextDocumentView(origin="about", name="About"),
         active_tab=0,
     )
-    lower = [_states(opening), *_plots(opening)]
+    lower_tabs = [_states(inputs), *_plots(inputs)]
     return rrb.Blueprint(
         rrb.Vertical(
             rrb.Horizontal(picture, log, column_shares=[2, 1]),
-            rrb.Tabs(*lower, active_tab=1 if len(lower) > 1 else 0),
+            rrb.Tabs(*lower_tabs, active_tab=1 if len(lower_tabs) > 1 else 0),
             row_shares=[3, 2],
         ),
         rrb.TimePanel(
             state="collapsed",
             timeline=FRAME_TIMELINE,
             play_state="paused",
-            time_selection=_selection(opening.focus),
+            time_selection=_selection(inputs.focus),
         ),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
@@ -97,22 +97,22 @@ def _selection(focus: tuple[int, int] | None) -> Any:  # Any: the SDK has two ty
     return AbsoluteTimeRange(min=focus[0], max=focus[1])
 
 
-def _states(opening: BlueprintInputs) -> rrb.StateTimelineView:
-    contents = [f"+ /{track_entity(track, 'state')}" for track in opening.tracks[:_MAX_TRACKS]]
+def _states(inputs: BlueprintInputs) -> rrb.StateTimelineView:
+    contents = [f"+ /{track_entity(track, 'state')}" for track in inputs.tracks[:_MAX_TRACKS]]
     return rrb.StateTimelineView(origin="/", contents=contents, name="Track states")
 
 
-def _plots(opening: BlueprintInputs) -> list[rrb.TimeSeriesView]:
+def _plots(inputs: BlueprintInputs) -> list[rrb.TimeSeriesView]:
     """One plot for each kind of value in the recording; lines end left of the legend."""
-    first, stop = opening.frames
-    room = round((stop - first) * _LEGEND_SHARE / (1 - _LEGEND_SHARE))
+    first, stop = inputs.frames
+    legend_frames = round((stop - first) * _LEGEND_SHARE / (1 - _LEGEND_SHARE))
     span = rr.TimeRange(
-        start=rr.TimeRangeBoundary.absolute(seq=first), end=rr.TimeRangeBoundary.absolute(seq=stop + room)
+        start=rr.TimeRangeBoundary.absolute(seq=first), end=rr.TimeRangeBoundary.absolute(seq=stop + legend_frames)
     )
     plots = []
     for value, name in PLOT_TITLES.items():
         entities = [
-            track_entity(track, value) for track in opening.tracks[:_MAX_TRACKS] if (track, value) in opening.values
+            track_entity(track, value) for track in inputs.tracks[:_MAX_TRACKS] if (track, value) in inputs.values
         ]
         if entities:
             shared = ["gate/log10_tau"] if value == "gate/log10_l_positive" else []

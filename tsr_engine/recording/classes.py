@@ -40,39 +40,39 @@ class RecordedClasses:
         """Take the mapping of the run's class numbers."""
         self._classes = classes
         labels = sorted(classes.labels, key=lambda label: label.id)
-        small = classes.labels.next_id < _MAX_CLASS_NUMBER
-        self._labels = {label.id: label.id if small else place for place, label in enumerate(labels)}
-        self._shorts = {label.id: label.shown_short for label in labels}
+        ids_fit = classes.labels.next_id < _MAX_CLASS_NUMBER
+        self._labels = {label.id: label.id if ids_fit else index for index, label in enumerate(labels)}
+        self._short_names = {label.id: label.shown_short for label in labels}
         self.unknown = max(self._labels.values(), default=-1) + 1
         """Number for boxes without a label."""
-        strange = [number for number in classes.numbers() if classes.is_unmapped(number)]
-        self._strange = {number: self.unknown + 1 + place for place, number in enumerate(strange)}
+        unmapped = [number for number in classes.numbers() if classes.is_unmapped(number)]
+        self._unmapped = {number: self.unknown + 1 + index for index, number in enumerate(unmapped)}
         self.infos: list[tuple[int, str, Rgb]] = [
             *((self._labels[label.id], f"{label.id} {label.name}", _colour(label)) for label in labels),
             (self.unknown, "unknown", _UNKNOWN),
-            *((place, classes.name(number), _UNKNOWN) for number, place in self._strange.items()),
+            *((index, classes.name(number), _UNKNOWN) for number, index in self._unmapped.items()),
         ]
         """Number, name and colour of each label."""
 
     def of_classes(self, class_numbers: NDArray[np.int64]) -> NDArray[np.int64]:
         """Convert the run's class numbers (-1: none) to numbers of the recording, shape (n,)."""
         found = self.of_labels(self._classes.to_labels(class_numbers))
-        for number, place in self._strange.items():
-            found[class_numbers == number] = place
+        for number, index in self._unmapped.items():
+            found[class_numbers == number] = index
         return found
 
     def of_labels(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
         """Convert label ids (-1: none) to numbers of the recording, shape (n,)."""
         return np.array([self._labels.get(label, self.unknown) for label in ids.tolist()], np.int64)
 
-    def short(self, class_number: int | None) -> str:
+    def short_name(self, class_number: int | None) -> str:
         """Short name of one of the run's classes; ``?``: none."""
         return "?" if class_number is None or class_number < 0 else self._classes.short(class_number)
 
     def title(self, class_number: int) -> str:
         """Number and short name of one of the run's classes."""
         label = self._classes.to_label(class_number)
-        return self.short(class_number) if label < 0 else f"{label} {self.short(class_number)}"
+        return self.short_name(class_number) if label < 0 else f"{label} {self.short_name(class_number)}"
 
 
 def _colour(label: Label) -> Rgb:

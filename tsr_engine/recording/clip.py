@@ -54,19 +54,19 @@ class Clip:
 
     Attributes:
         data: the MP4 file.
-        nanos: presentation time within the clip of each wanted frame, ns, shape (n,).
+        times_ns: presentation time within the clip of each wanted frame, ns, shape (n,).
         how: one sentence on how the picture was made.
     """
 
     data: bytes
-    nanos: Ints
+    times_ns: Ints
     how: str
 
 
 def cut_clip(
     path: VideoSource,
     frames: Frames,
-    stamps_of: TimeReader,
+    read_times: TimeReader,
     *,
     table: FrameTable | None = None,
     limits: VideoLimits | None = None,
@@ -77,7 +77,7 @@ def cut_clip(
     Args:
         path: the video.
         frames: the frames.
-        stamps_of: returns the presentation times in ns of all pictures of an MP4 file as the viewer reads them.
+        read_times: returns the presentation times in ns of all pictures of an MP4 file as the viewer reads them.
         table: the video's frame table; it makes seeking fast if pictures are re-encoded.
         limits: limits on the file.
         exact: copy the packets however many bytes they take.
@@ -89,22 +89,22 @@ def cut_clip(
     allowed = VideoLimits() if limits is None else limits
     try:
         data, wanted, how = _copy_packets(path, frames, allowed, exact)
-        return Clip(data, _times_of_wanted(stamps_of(data), wanted), how)
+        return Clip(data, _times_of_wanted(read_times(data), wanted), how)
     except UnfitPackets as error:
         cause = str(error)
     except (av.FFmpegError, OSError) as error:
         cause = f"its packets cannot be copied ({error_reason(error)})"
     data, count = encode_frames(path, frames, allowed, table)
     _check_size(path, len(data))
-    nanos = _times_of_wanted(stamps_of(data), np.arange(count))
-    return Clip(data, nanos, f"Encoded anew as H.264, because {cause}.")
+    times_ns = _times_of_wanted(read_times(data), np.arange(count))
+    return Clip(data, times_ns, f"Encoded anew as H.264, because {cause}.")
 
 
-def _times_of_wanted(stamps: Ints, wanted: Ints) -> Ints:
+def _times_of_wanted(times_ns: Ints, wanted: Ints) -> Ints:
     """Times of the wanted pictures, given by their rank in the clip."""
-    if len(stamps) <= int(wanted[-1]):
-        raise UnfitPackets(f"the copy holds {len(stamps)} pictures where {int(wanted[-1]) + 1} were expected")
-    found: Ints = np.sort(stamps)[wanted]
+    if len(times_ns) <= int(wanted[-1]):
+        raise UnfitPackets(f"the copy holds {len(times_ns)} pictures where {int(wanted[-1]) + 1} were expected")
+    found: Ints = np.sort(times_ns)[wanted]
     return found
 
 
@@ -122,20 +122,19 @@ def _copy_packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact:
             raise UnfitPackets(f"viewers do not play {codec}")
         if _orientation(container, stream) != Orientation():
             raise UnfitPackets("the picture is stored rotated")
-        chosen = select_packets(container, stream, frames.pts)
-        size = sum(packet.size for packet in chosen)
+        packets = select_packets(container, stream, frames.pts)
+        size = sum(packet.size for packet in packets)
         _check_size(path, size)
-        pts = presentation_times(chosen)
+        pts = presentation_times(packets)
         budget = size_limit(len(frames), frames.width, frames.height)
         if size > budget and not exact:
-            small = encode_packets(stream, chosen, frames.pts, budget)
-            if small is not None and len(small) < size:
-                how = (
-                    f"Encoded anew as H.264 in {len(small) / 1e6:.1f} MB, because its packets take {size / 1e6:.1f} MB."
-                )
-                return small, np.arange(len(frames)), how
+            encoded = encode_packets(stream, packets, frames.pts, budget)
+            if encoded is not None and len(encoded) < size:
+                encoded_mb = len(encoded) / 1e6
+                how = f"Encoded anew as H.264 in {encoded_mb:.1f} MB, because its packets take {size / 1e6:.1f} MB."
+                return encoded, np.arange(len(frames)), how
         target = BytesIO()
-        copy_packets(target, stream, chosen, pts, "mp4")
+        copy_packets(target, stream, packets, pts, "mp4")
         how = f"The packets of the video ({codec}), not encoded anew."
         return target.getvalue(), np.searchsorted(pts, frames.pts), how
 
@@ -150,16 +149,16 @@ def _check_size(path: VideoSource, size: int) -> None:
 
 def _orientation(container: InputContainer, stream: av.VideoStream) -> Orientation:
     with suppress(av.FFmpegError, OSError, StopIteration):
-        return Orientation.of(next(iter(container.decode(stream))))
+        return Orientation.from_frame(next(iter(container.decode(stream))))
     return Orientation()
 
 
 def select_packets(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
     """Packets in decoding order, from the last key frame before the first wanted picture to the last one needed."""
     base = Fraction(stream.time_base)
-    for back in _SEEK_MARGINS_S:
+    for margin in _SEEK_MARGINS_S:
         try:
-            container.seek(int(wanted[0] - back / base), stream=stream, backward=True)
+            container.seek(int(wanted[0] - margin / base), stream=stream, backward=True)
         except (av.FFmpegError, OSError):
             continue
         chosen = _collect_packets(container, stream, wanted)

@@ -78,7 +78,7 @@ class BoxRows:
         """The boxes with other classes, shape (n,)."""
         return replace(self, table=replace(self.table, class_id=class_id))
 
-    def within(self, frames: Frames) -> BoxRows:
+    def in_frames(self, frames: Frames) -> BoxRows:
         """The rows with finite boxes in the frames, ordered by frame."""
         table, first = self.table, frames.first
         keep = (table.frame >= first) & (table.frame < first + len(frames)) & np.isfinite(table.boxes).all(axis=1)

@@ -21,26 +21,26 @@ MAX_VOTE_CLASSES = 5
 """Largest number of classes whose votes are drawn."""
 
 
-def read_frames(reader: EvidenceReader, first: int | None, stop: int | None, called: str = "the run") -> Frames:
+def read_frames(reader: EvidenceReader, first: int | None, stop: int | None, run_name: str = "the run") -> Frames:
     """The frames ``first <= k < stop`` of a run; unset: from its first, to its last.
 
     Args:
         reader: of the run.
         first: first frame.
         stop: frame after the last.
-        called: the run's name in error sentences.
+        run_name: the run's name in error sentences.
 
     Raises:
         UsageError: the run has not stored all of them.
     """
     low, high = reader.first_frame, reader.last_frame
-    who = f"{called[:1].upper()}{called[1:]}"
+    subject = f"{run_name[:1].upper()}{run_name[1:]}"
     if low is None or high is None:
-        raise UsageError(f"{who} has stored no frame yet. Wait for the run, or choose another one.")
+        raise UsageError(f"{subject} has stored no frame yet. Wait for the run, or choose another one.")
     start, end = low if first is None else first, high + 1 if stop is None else stop
     if not low <= start < end <= high + 1:
         raise UsageError(
-            f"{who} has stored the frames {low} to {high}, so a range is within {low}:{high + 1} and not "
+            f"{subject} has stored the frames {low} to {high}, so a range is within {low}:{high + 1} and not "
             f"empty. Got {start}:{end}."
         )
     rows = read_columns(reader, "frames", "frame", "seconds", "pts", "width", "height", frames=(start, end))
@@ -128,30 +128,32 @@ def read_track_series(reader: EvidenceReader, frames: Frames, classes: RecordedC
     votes = rows.vectors("recognitions.votes")
     starts = np.flatnonzero(np.diff(ids, prepend=-1)).tolist()
     for start, end in zip(starts, [*starts[1:], len(ids)], strict=True):
-        of = slice(start, end)
-        at = frame[of]
-        values = {name: _known_values(at, column[of], name) for name, column in columns.items()}
-        judged = values["gate/l_positive"]
-        positive = judged.values[:, 0] > 0
-        logs = np.log10(judged.values[positive])
-        values["gate/log10_l_positive"] = Series(judged.at[positive], logs, ("log10 L",))
-        values["score"] = Series(at, score[of], _SCORE_NAMES)
-        values["votes"] = _votes(at, votes[of], classes)
-        kept = {name: series for name, series in values.items() if len(series.at)}
-        yield TrackSeries(int(ids[start]), int(labels[start]), kept, _states(at, sources[of], span[1]))
+        rows_of_track = slice(start, end)
+        at = frame[rows_of_track]
+        values = {name: _known_values(at, column[rows_of_track], name) for name, column in columns.items()}
+        gate = values["gate/l_positive"]
+        positive = gate.values[:, 0] > 0
+        logs = np.log10(gate.values[positive])
+        values["gate/log10_l_positive"] = Series(gate.at[positive], logs, ("log10 L",))
+        values["score"] = Series(at, score[rows_of_track], _SCORE_NAMES)
+        values["votes"] = _votes(at, votes[rows_of_track], classes)
+        known_series = {name: series for name, series in values.items() if len(series.at)}
+        yield TrackSeries(
+            int(ids[start]), int(labels[start]), known_series, _states(at, sources[rows_of_track], span[1])
+        )
 
 
 def _votes(at: IntArray, found: list[FloatArray | None], classes: RecordedClasses) -> Series:
     """Share of each leading class in all votes so far."""
-    have = [i for i, votes in enumerate(found) if votes is not None]
-    if not have:
+    known = [i for i, votes in enumerate(found) if votes is not None]
+    if not known:
         return Series(at[:0], np.zeros((0, 0)), ())
     votes = np.stack([votes for votes in found if votes is not None])
     share = votes / np.maximum(votes.sum(axis=1, keepdims=True), 1e-300)
     leading = [
         c for c in np.argsort(-share.max(axis=0), kind="stable")[:MAX_VOTE_CLASSES].tolist() if share[:, c].max() > 0
     ]
-    return Series(at[have], share[:, leading], tuple(classes.title(c) for c in leading))
+    return Series(at[known], share[:, leading], tuple(classes.title(c) for c in leading))
 
 
 def _states(at: IntArray, sources: list[str], stop: int) -> tuple[IntArray, tuple[str, ...]]:
@@ -202,7 +204,7 @@ def _one_sigma_boxes(rows: Columns) -> FloatArray:
 def _result_texts(rows: Columns, seen: IntArray, classes: RecordedClasses) -> list[str]:
     shares = ["" if share != share else f" {share:.0%}" for share in rows.floats("recognitions.share").tolist()]
     states = ["" if state == "confirmed" else f" {state}" for state in rows.texts("state")]
-    names = [classes.short(None if number < 0 else number) for number in seen.tolist()]
+    names = [classes.short_name(None if number < 0 else number) for number in seen.tolist()]
     found = zip(_track_names(rows), names, shares, states, rows.texts("source"), strict=True)
     return [f"{of} {name}{share}{state} {source}" for of, name, share, state, source in found]
 

@@ -67,14 +67,14 @@ class GroupEncoder:
             threads: number of encoder threads.
         """
         self._out, self._threads, self._time_base = out, threads, time_base
-        self._left, self._rest = count, budget * _BUDGET_SHARE
+        self._pictures_left, self._bytes_left = count, budget * _BUDGET_SHARE
         self._quantiser = _FIRST_QUANTISER
-        self._waiting: list[av.VideoFrame] = []
+        self._trial_pictures: list[av.VideoFrame] = []
         self._started = False
         self._stream = out.add_stream("libx264", rate=30)
         self._configure(self._stream.codec_context, picture)
         self._stream.time_base = time_base
-        self._begin(picture)
+        self._start_group(picture)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -86,58 +86,62 @@ class GroupEncoder:
         if self._started:
             self._encode(picture)
             return
-        self._waiting.append(picture)
-        if len(self._waiting) == min(_TRIAL_PICTURES, self._left):
-            self._start()
+        self._trial_pictures.append(picture)
+        if len(self._trial_pictures) == min(_TRIAL_PICTURES, self._pictures_left):
+            self._run_trials()
 
     def close(self) -> None:
         """Flush the encoder."""
         self._mux(self._encoder.encode(None))
 
-    def _start(self) -> None:
+    def _run_trials(self) -> None:
         self._started = True
         for _ in range(_MAX_TRIALS):
-            before = self._quantiser
-            self._correct([packet.size for one in (*self._waiting, None) for packet in self._encoder.encode(one)])
-            self._begin(self._waiting[0])
-            if abs(self._quantiser - before) <= _CLOSE_STEPS:
+            previous = self._quantiser
+            self._choose_quantiser(
+                [packet.size for picture in (*self._trial_pictures, None) for packet in self._encoder.encode(picture)]
+            )
+            self._start_group(self._trial_pictures[0])
+            if abs(self._quantiser - previous) <= _CLOSE_STEPS:
                 break
-        for one in self._waiting:
-            self._encode(one)
-        self._waiting.clear()
+        for picture in self._trial_pictures:
+            self._encode(picture)
+        self._trial_pictures.clear()
 
-    def _begin(self, picture: av.VideoFrame) -> None:
+    def _start_group(self, picture: av.VideoFrame) -> None:
         """Start a new group."""
-        self._share = max(self._rest / self._left, 1.0) * GROUP_SIZE
+        self._group_bytes = max(self._bytes_left / self._pictures_left, 1.0) * GROUP_SIZE
         self._sizes: list[int] = []
-        self._taken = 0
+        self._group_length = 0
         self._encoder = av.CodecContext.create("libx264", "w")
         self._configure(self._encoder, picture)
         self._encoder.flags |= Flags.global_header
 
     def _encode(self, picture: av.VideoFrame) -> None:
-        used, last = sum(self._sizes), self._left + self._taken <= GROUP_SIZE
-        foreseen = _expected_group_bytes(self._sizes) if last and self._sizes else used
-        most = _MAX_OVERRUN * self._share
-        early = (self._taken >= _MIN_GROUP_SIZE and foreseen > most) or used > 2 * most
-        if self._taken >= GROUP_SIZE or early:
+        used, is_last_group = sum(self._sizes), self._pictures_left + self._group_length <= GROUP_SIZE
+        expected = _expected_group_bytes(self._sizes) if is_last_group and self._sizes else used
+        max_bytes = _MAX_OVERRUN * self._group_bytes
+        ends_early = (self._group_length >= _MIN_GROUP_SIZE and expected > max_bytes) or used > 2 * max_bytes
+        if self._group_length >= GROUP_SIZE or ends_early:
             self._mux(self._encoder.encode(None))
-            self._correct(self._sizes)
-            self._begin(picture)
-        self._left -= 1
-        self._taken += 1
+            self._choose_quantiser(self._sizes)
+            self._start_group(picture)
+        self._pictures_left -= 1
+        self._group_length += 1
         self._mux(self._encoder.encode(picture))
 
-    def _correct(self, sizes: list[int]) -> None:
+    def _choose_quantiser(self, sizes: list[int]) -> None:
         """Choose the next quantiser by the size of a whole group like the last one."""
-        share = max(self._rest / self._left, 1.0) * GROUP_SIZE
-        step = max(math.ceil(_STEPS_PER_HALVING * math.log2(_expected_group_bytes(sizes) / share)), -_MAX_FINER_STEPS)
+        target_bytes = max(self._bytes_left / self._pictures_left, 1.0) * GROUP_SIZE
+        step = max(
+            math.ceil(_STEPS_PER_HALVING * math.log2(_expected_group_bytes(sizes) / target_bytes)), -_MAX_FINER_STEPS
+        )
         self._quantiser = min(max(self._quantiser + step, _MIN_QUANTISER), _MAX_QUANTISER)
 
     def _mux(self, packets: list[av.Packet]) -> None:
         for packet in packets:
             self._sizes.append(packet.size)
-            self._rest -= packet.size
+            self._bytes_left -= packet.size
             packet.stream = self._stream
             self._out.mux(packet)
 
@@ -161,5 +165,5 @@ def _expected_group_bytes(sizes: list[int]) -> float:
 
 
 def _instruction_options() -> dict[str, str]:
-    wide = cv2.checkHardwareSupport(_AVX2) and cv2.checkHardwareSupport(_AVX_512F)
-    return {"x264-params": _STITCHABLE + _AVX2_ONLY * wide}
+    has_avx512 = cv2.checkHardwareSupport(_AVX2) and cv2.checkHardwareSupport(_AVX_512F)
+    return {"x264-params": _STITCHABLE + _AVX2_ONLY * has_avx512}

@@ -24,8 +24,8 @@ class RecordingData:
     classes: RecordedClasses
     frames: Frames
     layers: dict[str, BoxRows]
-    lines: list[TrackSeries]
-    moments: EventLog
+    track_series: list[TrackSeries]
+    events: EventLog
 
     @property
     def tau(self) -> float:

@@ -18,48 +18,48 @@ from tsr_engine.recording.rrd_sink import RrdSink
 __all__ = ["log_data", "log_picture", "open_sink"]
 
 
-def open_sink(content: RecordingData, application_id: str, recording_id: str) -> RrdSink:
+def open_sink(data: RecordingData, application_id: str, recording_id: str) -> RrdSink:
     """Open a recording that holds only its views."""
-    request, frames = content.request, content.frames
-    values = frozenset((one.track_id, value) for one in content.lines for value in one.values)
+    request, frames = data.request, data.frames
+    values = frozenset((series.track_id, value) for series in data.track_series for value in series.values)
     focus = request.focus_frame
-    opening = BlueprintInputs(
+    blueprint_inputs = BlueprintInputs(
         frames.width,
         frames.height,
-        tuple(content.layers),
-        [one.track_id for one in content.lines],
+        tuple(data.layers),
+        [series.track_id for series in data.track_series],
         values,
         None if focus is None or not frames.first <= focus < frames.first + len(frames) else (focus, focus),
         (frames.first, frames.first + len(frames)),
     )
-    return RrdSink(application_id, recording_id, make_blueprint(opening))
+    return RrdSink(application_id, recording_id, make_blueprint(blueprint_inputs))
 
 
-def log_data(content: RecordingData, sink: RrdSink) -> None:
+def log_data(data: RecordingData, sink: RrdSink) -> None:
     """Log everything except the picture."""
-    frames = content.frames
-    sink.name(content.title())
-    sink.classes(content.classes.infos)
-    corrected = content.layers.get("corrected")
-    for name, rows in content.layers.items():
+    frames = data.frames
+    sink.name(data.title())
+    sink.classes(data.classes.infos)
+    corrected = data.layers.get("corrected")
+    for name, rows in data.layers.items():
         # A result lies below its corrected box, where two labels would be unreadable.
-        covered = name == "results" and corrected is not None and len(corrected) > 0
-        sink.boxes(LAYERS[name], frames, rows, LAYERS[name].labelled and not covered)
-    if np.isfinite(content.tau) and content.tau > 0:
-        every = np.full((len(frames), 1), content.tau)
-        sink.scalars("gate/tau", frames, Series(frames.ordinal, every, ("tau",)), "gate", [TAU_COLOUR])
+        is_covered = name == "results" and corrected is not None and len(corrected) > 0
+        sink.boxes(LAYERS[name], frames, rows, LAYERS[name].labelled and not is_covered)
+    if np.isfinite(data.tau) and data.tau > 0:
+        tau_column = np.full((len(frames), 1), data.tau)
+        sink.scalars("gate/tau", frames, Series(frames.ordinal, tau_column, ("tau",)), "gate", [TAU_COLOUR])
         sink.scalars(
-            "gate/log10_tau", frames, Series(frames.ordinal, np.log10(every), ("log10 tau",)), "gate", [TAU_COLOUR]
+            "gate/log10_tau", frames, Series(frames.ordinal, np.log10(tau_column), ("log10 tau",)), "gate", [TAU_COLOUR]
         )
-    for order, one in enumerate(content.lines):
-        _log_track(one, order, content, sink)
-    sink.log_entries(EVENTS, frames, content.moments)
+    for order, track in enumerate(data.track_series):
+        _log_track(track, order, data, sink)
+    sink.log_entries(EVENTS, frames, data.events)
 
 
-def log_picture(content: RecordingData, sink: RrdSink, clip: Clip | None, picture: str) -> None:
+def log_picture(data: RecordingData, sink: RrdSink, clip: Clip | None, picture: str) -> None:
     """Log the picture, if there is one, and the page "About", which names its source."""
-    frames, header = content.frames, content.reader.header
-    facts = {
+    frames, header = data.frames, data.reader.header
+    properties = {
         "engine_version": header.engine_version,
         "schema_version": str(header.schema_version),
         "sdk_version": sink.sdk_version,
@@ -71,20 +71,20 @@ def log_picture(content: RecordingData, sink: RrdSink, clip: Clip | None, pictur
         "picture": picture,
         "models": json.dumps(dict(header.models), sort_keys=True),
         "configuration": json.dumps(header.parameters, sort_keys=True),
-        **content.request.notes,
+        **data.request.notes,
     }
-    sink.properties("tsr", facts)
-    sink.document("about", about_text(content.title(), facts, header, {n: len(r) for n, r in content.layers.items()}))
+    sink.properties("tsr", properties)
+    sink.document("about", about_text(data.title(), properties, header, {n: len(r) for n, r in data.layers.items()}))
     if clip is not None:
-        sink.video(VIDEO, clip.data, frames, clip.nanos)
+        sink.video(VIDEO, clip.data, frames, clip.times_ns)
 
 
-def _log_track(one: TrackSeries, order: int, content: RecordingData, sink: RrdSink) -> None:
-    frames, title = content.frames, f"#{one.track_id} {content.classes.short(one.class_id)}"
-    for value, series in one.values.items():
+def _log_track(track: TrackSeries, order: int, data: RecordingData, sink: RrdSink) -> None:
+    frames, title = data.frames, f"#{track.track_id} {data.classes.short_name(track.class_id)}"
+    for value, series in track.values.items():
         shown = title if value in PLOT_TITLES else ""
-        sink.scalars(track_entity(one.track_id, value), frames, series, shown, _colours(order, value, series))
-    sink.states(track_entity(one.track_id, "state"), frames, *one.states)
+        sink.scalars(track_entity(track.track_id, value), frames, series, shown, _colours(order, value, series))
+    sink.states(track_entity(track.track_id, "state"), frames, *track.states)
 
 
 def _colours(order: int, value: str, series: Series) -> list[Rgb]:

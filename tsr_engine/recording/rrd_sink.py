@@ -64,7 +64,7 @@ class RrdSink:
         rr.set_strict_mode(self._strict)
         self._recording.disconnect()
 
-    def take(self) -> bytes:
+    def to_bytes(self) -> bytes:
         """The whole recording as a ``.rrd`` file with its index at the end; the sink is empty afterwards."""
         return bytes(self._memory.drain_as_bytes())
 
@@ -90,10 +90,10 @@ class RrdSink:
         """Log numbers, names and colours of the labels for everything below the picture."""
         self._static(VIDEO, rr.AnnotationContext(infos))
 
-    def video(self, entity: str, data: bytes, frames: Frames, nanos: Ints) -> None:
+    def video(self, entity: str, data: bytes, frames: Frames, times_ns: Ints) -> None:
         """Log the clip, and the picture of each frame."""
         self._static(entity, rr.AssetVideo(contents=data, media_type="video/mp4"))
-        self._columns(entity, frames, frames.ordinal, rr.VideoFrameReference.columns_nanos(nanos))
+        self._columns(entity, frames, frames.ordinal, rr.VideoFrameReference.columns_nanos(times_ns))
 
     def boxes(self, layer: Layer, frames: Frames, rows: BoxRows, labelled: bool) -> None:
         """Log boxes of a layer, and clear frames without boxes. Unlabelled boxes show their label under the pointer."""
@@ -122,13 +122,13 @@ class RrdSink:
         colours = np.array(list(_STATE_COLOURS.values()), np.uint32)
         self._static(entity, rr.StateConfiguration(values=list(_STATE_COLOURS), colors=colours))
 
-    def log_entries(self, entity: str, frames: Frames, moments: EventLog) -> None:
+    def log_entries(self, entity: str, frames: Frames, events: EventLog) -> None:
         """Log the events."""
-        if len(moments.frame):
-            levels = [_LEVELS.get(kind, "INFO") for kind in moments.kind]
+        if len(events.frame):
+            levels = [_LEVELS.get(kind, "INFO") for kind in events.kind]
             # The viewer's log does not wrap lines.
-            texts = [textwrap.fill(text, _MAX_LINE_WIDTH, break_on_hyphens=False) for text in moments.text]
-            self._columns(entity, frames, moments.frame, rr.TextLog.columns(text=texts, level=levels))
+            texts = [textwrap.fill(text, _MAX_LINE_WIDTH, break_on_hyphens=False) for text in events.text]
+            self._columns(entity, frames, events.frame, rr.TextLog.columns(text=texts, level=levels))
 
     def _static(self, entity: str, content: rr.AsComponents) -> None:
         self._recording.log(entity, content, static=True)

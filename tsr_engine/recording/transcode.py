@@ -59,26 +59,26 @@ def encode_packets(stream: av.VideoStream, packets: Sequence[av.Packet], wanted:
         The file, its pictures in the order of ``wanted``; None: the fast path is impossible, because the decoder gives
         other pictures or their sides are odd.
     """
-    left = wanted.tolist()[::-1]
-    start, target = left[-1], BytesIO()
+    remaining = wanted.tolist()[::-1]
+    start, target = remaining[-1], BytesIO()
     with av.open(target, "w", format="mp4", options={"use_editlist": "0"}) as out:
-        made: GroupEncoder | None = None
+        encoder: GroupEncoder | None = None
         for picture in _decoded(stream.codec_context, packets, encoder_threads()):
-            if not left or picture.pts != left[-1]:
+            if not remaining or picture.pts != remaining[-1]:
                 continue  # a lead-in picture
-            if made is None:
+            if encoder is None:
                 if picture.width % 2 or picture.height % 2:
                     return None
-                made = GroupEncoder(out, picture, stream.time_base, len(left), budget, encoder_threads())
-            elif (picture.width, picture.height) != made.size:
+                encoder = GroupEncoder(out, picture, stream.time_base, len(remaining), budget, encoder_threads())
+            elif (picture.width, picture.height) != encoder.size:
                 return None
-            left.pop()
-            plain = picture if picture.format.name == "yuv420p" else picture.reformat(format="yuv420p")
-            plain.pts, plain.time_base, plain.pict_type = picture.pts - start, stream.time_base, 0
-            made.put(plain)
-        if left or made is None:
+            remaining.pop()
+            converted = picture if picture.format.name == "yuv420p" else picture.reformat(format="yuv420p")
+            converted.pts, converted.time_base, converted.pict_type = picture.pts - start, stream.time_base, 0
+            encoder.put(converted)
+        if remaining or encoder is None:
             return None
-        made.close()
+        encoder.close()
     return target.getvalue()
 
 
@@ -94,14 +94,14 @@ def _decoded(context: av.VideoCodecContext, packets: Sequence[av.Packet], thread
     decoder = av.CodecContext.create(context.codec.name, "r")
     decoder.extradata, decoder.thread_type, decoder.thread_count = context.extradata, "AUTO", threads
     decoder.options = _DECODER_OPTIONS
-    ahead: deque[Future[list[av.VideoFrame]]] = deque()
+    futures: deque[Future[list[av.VideoFrame]]] = deque()
     with ThreadPoolExecutor(1, thread_name_prefix="tsr-recording-decode") as pool:
         for packet in (*packets, None):
-            ahead.append(pool.submit(decoder.decode, packet))
-            if len(ahead) > _LOOKAHEAD:
-                yield from ahead.popleft().result()
-        for one in ahead:
-            yield from one.result()
+            futures.append(pool.submit(decoder.decode, packet))
+            if len(futures) > _LOOKAHEAD:
+                yield from futures.popleft().result()
+        for future in futures:
+            yield from future.result()
 
 
 def encoder_threads() -> int:
@@ -129,12 +129,12 @@ def encode_frames(
         stream.width, stream.height = video.width + video.width % 2, video.height + video.height % 2
         stream.pix_fmt = "yuv420p"
         stream.codec_context.time_base = stream.time_base = _MICROSECONDS
-        before = -1
+        last_time = -1
         for frame in video.frames(frames.first, frames.first + len(frames)):
             padding = ((0, stream.height - video.height), (0, stream.width - video.width), (0, 0))
             picture = av.VideoFrame.from_ndarray(np.pad(frame.picture, padding, mode="edge"), format="bgr24")
-            before = max(before + 1, round((float(frames.seconds[count]) - start) * 1e6))
-            picture.pts, picture.time_base = before, _MICROSECONDS
+            last_time = max(last_time + 1, round((float(frames.seconds[count]) - start) * 1e6))
+            picture.pts, picture.time_base = last_time, _MICROSECONDS
             out.mux(stream.encode(picture))
             count += 1
         out.mux(stream.encode(None))

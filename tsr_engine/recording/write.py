@@ -49,41 +49,43 @@ def write_recording(
         VideoError: the video cannot be read.
         StorageError: the file cannot be written.
     """
-    began = time.perf_counter()
+    start_time = time.perf_counter()
     # Loading the SDK takes up to a second of Python. Cutting pictures, and encoding if needed, runs in parallel with it
     # and with everything else.
     threading.Thread(target=load_sdk, name="tsr-recording-sdk", daemon=True).start()
     with (
         EvidenceReader(request.evidence) as reader,
-        ThreadPoolExecutor(1, thread_name_prefix="tsr-recording-picture") as beside,
+        ThreadPoolExecutor(1, thread_name_prefix="tsr-recording-picture") as executor,
     ):
-        called = request.called or f"the run in {reader.folder}"
-        frames = read_frames(reader, request.first, request.stop, called)
+        run_name = request.called or f"the run in {reader.folder}"
+        frames = read_frames(reader, request.first, request.stop, run_name)
         progress(0, 4)
-        picture = beside.submit(_picture, request, reader.header.video, called, frames)
+        picture = executor.submit(_picture, request, reader.header.video, run_name, frames)
         classes = RecordedClasses(request.classes or classes_of_keys(reader.header.labels, shipped_set(DEFAULT)))
         layers = {
-            name: rows.with_classes(classes.of_classes(rows.table.class_id)).within(frames)
+            name: rows.with_classes(classes.of_classes(rows.table.class_id)).in_frames(frames)
             for name, rows in read_box_layers(reader, frames, classes)
         }
         for name, rows in (("corrected", request.corrected), ("truth", request.truth)):
             if rows is not None:
-                layers[name] = rows.with_classes(classes.of_labels(rows.table.class_id)).within(frames)
-        lines = _sort_tracks(list(read_track_series(reader, frames, classes)), request.focus_track)
-        moments = read_events(reader, frames)
+                layers[name] = rows.with_classes(classes.of_labels(rows.table.class_id)).in_frames(frames)
+        track_series = _sort_tracks(list(read_track_series(reader, frames, classes)), request.focus_track)
+        events = read_events(reader, frames)
         progress(1, 4)
-        content = RecordingData(request, reader, classes, frames, layers, lines, moments)
-        return _write(content, picture, progress, began)
+        data = RecordingData(request, reader, classes, frames, layers, track_series, events)
+        return _write(data, picture, progress, start_time)
 
 
-def _picture(request: RecordingRequest, known: VideoIdentity, called: str, frames: Frames) -> tuple[Clip | None, str]:
+def _picture(
+    request: RecordingRequest, identity: VideoIdentity, run_name: str, frames: Frames
+) -> tuple[Clip | None, str]:
     """The picture, and one sentence on its source."""
     if request.video is None:
         return None, "There is none, because the recording was made without the video."
-    if not request.known and video_sha256(request.video) != known.sha256:
+    if not request.known and video_sha256(request.video) != identity.sha256:
         raise EvidenceError(
-            f"{request.video} is not the video of {called}: that was {known.name} with the SHA-256 "
-            f"{known.sha256[:12]}... . Name that file."
+            f"{request.video} is not the video of {run_name}: that was {identity.name} with the SHA-256 "
+            f"{identity.sha256[:12]}... . Name that file."
         )
     clip = cut_clip(request.video, frames, _read_times, table=request.table, limits=request.limits, exact=request.exact)
     return clip, clip.how
@@ -95,39 +97,44 @@ def _read_times(clip: bytes) -> NDArray[np.int64]:
     return read_video_times(clip)
 
 
-def _sort_tracks(lines: list[TrackSeries], focus: int | None) -> list[TrackSeries]:
+def _sort_tracks(track_series: list[TrackSeries], focus: int | None) -> list[TrackSeries]:
     """The focus track, then the tracks with the most values."""
-    return sorted(lines, key=lambda one: (one.track_id != focus, -sum(len(v.at) for v in one.values.values())))
+    return sorted(
+        track_series, key=lambda track: (track.track_id != focus, -sum(len(v.at) for v in track.values.values()))
+    )
 
 
 def _write(
-    content: RecordingData, cut: Future[tuple[Clip | None, str]], progress: Callable[[int, int], None], began: float
+    data: RecordingData,
+    picture_future: Future[tuple[Clip | None, str]],
+    progress: Callable[[int, int], None],
+    start_time: float,
 ) -> RecordingReport:
     from tsr_engine.recording.rrd_file import log_data, log_picture, open_sink
 
-    request, frames = content.request, content.frames
-    digest = content.identity()
+    request, frames = data.request, data.frames
+    digest = data.identity()
     application, recording = f"tsr_{digest[:12]}", digest[:32]
-    with atomic_bytes(request.out) as file, open_sink(content, application, recording) as sink:
-        log_data(content, sink)
+    with atomic_bytes(request.out) as file, open_sink(data, application, recording) as sink:
+        log_data(data, sink)
         progress(2, 4)
-        clip, picture = cut.result()
-        log_picture(content, sink, clip, picture)
+        clip, picture = picture_future.result()
+        log_picture(data, sink, clip, picture)
         progress(3, 4)
-        size = file.write(sink.take())
+        size = file.write(sink.to_bytes())
     progress(4, 4)
     return RecordingReport(
         path=request.out,
         recording_id=recording,
         application_id=application,
-        name=content.title(),
+        name=data.title(),
         first=frames.first,
         stop=frames.first + len(frames),
         size=size,
         picture_size=0 if clip is None else len(clip.data),
-        seconds=time.perf_counter() - began,
+        seconds=time.perf_counter() - start_time,
         picture=picture,
-        boxes={name: len(rows) for name, rows in content.layers.items()},
-        tracks=tuple(one.track_id for one in content.lines),
-        events=len(content.moments.frame),
+        boxes={name: len(rows) for name, rows in data.layers.items()},
+        tracks=tuple(one.track_id for one in data.track_series),
+        events=len(data.events.frame),
     )

@@ -72,7 +72,7 @@ class RunEvidence:
                     "Use the same --frames, or a new folder."
                 )
             time_base = video.table.time_base
-            if start == 0 and video.timed and not video.adopt(_confirmed_table(reader, time_base)):
+            if start == 0 and video.stamps_are_times and not video.adopt(_confirmed_table(reader, time_base)):
                 raise EvidenceError(
                     f"The frames in {self.writer.folder} are not those that {self._request.video} has now. "
                     "Track it into a new folder."

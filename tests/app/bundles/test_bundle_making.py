@@ -50,7 +50,7 @@ def test_it_replays_on_another_machine(bundled: ToyBundle) -> None:
         report = replay_bundle(bundle, params, toy_pipeline.components(params))
     assert (strange, report.changed) == ([], [])
     assert (report.verdict, report.identical, report.judged) == ("still broken", 24, 24)
-    assert [one.word for one in report.outcomes] == ["still broken", "still broken", "still broken", "right"]
+    assert [one.verdict for one in report.outcomes] == ["still broken", "still broken", "still broken", "right"]
 
 
 @pytest.mark.parametrize(

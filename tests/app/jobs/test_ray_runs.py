@@ -67,7 +67,7 @@ def test_a_run_waits_for_a_computing_node(monkeypatch: pytest.MonkeyPatch) -> No
         def shutdown(self) -> None:
             pass
 
-    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, alone: Head())
+    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, start_local: Head())
     order = NodeTask(RunRequest(Path("drive.mp4"), Params()), None, {})
     with pytest.raises(ClusterUnreachable, match="no node with a CPU"):
         run_on_node(order, None, lambda _: None, lambda: False)
@@ -128,7 +128,7 @@ class Node:
 
 def heard(monkeypatch: pytest.MonkeyPatch, node: Node) -> list[object]:
     """Notes, and numbers of frames done, of a run on a node."""
-    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, alone: node)
+    monkeypatch.setattr("tsr_engine.batch.node_runner.connect", lambda address, start_local: node)
     heard: list[object] = []
     order = NodeTask(RunRequest(Path("drive.mp4"), Params()), None, {})
     report = run_on_node(order, None, lambda progress: heard.append(progress.done), lambda: False, heard.append)

@@ -15,7 +15,7 @@ from tsr_engine.exchange.ids import id_of, real_of, whole_of
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.picture_sequences import ListedPicture
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["CocoHead", "Image", "find_image_frames", "missing_list_error", "read_head"]
@@ -84,7 +84,7 @@ def read_head(path: Path, name: str) -> CocoHead | None:
         if key == "":
             if position is None:
                 rule = "must be an object with images, categories and annotations, or a list of results."
-                raise refuse(name, None, rule)
+                raise rule_error(name, None, rule)
             return None
         if key not in _SINGULAR:
             in_videos = "videos" not in found_keys and any("video_id" in image for image in head.listed)
@@ -100,7 +100,7 @@ def read_head(path: Path, name: str) -> CocoHead | None:
         number = _required_id(value.get("id"), name, where)
         table = tables[key]
         if number in table:
-            raise refuse(name, where, f"the id {number} occurs twice. Give each a unique id.")
+            raise rule_error(name, where, f"the id {number} occurs twice. Give each a unique id.")
         table[number] = str(value.get("name", "")) if key == "categories" else value if key == "videos" else None
         if key == "images":
             image = {kept: value[kept] for kept in _IMAGE_KEYS if kept in value}
@@ -116,7 +116,7 @@ def read_head(path: Path, name: str) -> CocoHead | None:
 
 def missing_list_error(file: str, key: str) -> ImportFormatError:
     """The error for a list that is missing or is not a list of objects."""
-    return refuse(file, None, f"must have {key}, a list of objects. Export as COCO again.")
+    return rule_error(file, None, f"must have {key}, a list of objects. Export as COCO again.")
 
 
 def _required_id(value: object, file: str, where: str) -> int | str:
@@ -127,7 +127,7 @@ def _required_id(value: object, file: str, where: str) -> int | str:
     """
     found = id_of(value)
     if found is None:
-        raise refuse(file, where, f"id must be a whole number. Got {str(value)[:40]!r}.")
+        raise rule_error(file, where, f"id must be a whole number. Got {str(value)[:40]!r}.")
     return found
 
 
@@ -199,7 +199,7 @@ def _video_name(image: JsonObject, head: CocoHead, where: str) -> str:
     if image.get("video_id") is not None:
         key = _required_id(image["video_id"], head.file, where)
         if head.videos and key not in head.videos:
-            raise refuse(head.file, where, f"video_id {str(key)[:40]!r} matches no video of the file. Correct it.")
+            raise rule_error(head.file, where, f"video_id {str(key)[:40]!r} matches no video of the file. Correct it.")
         info = head.videos.get(key, {})
         name = info.get("name") or info.get("file_name") or name or f"video {key}"
     parts = [part for part in str(name or "").replace("\\", "/").split("/") if part and part != "img1"]

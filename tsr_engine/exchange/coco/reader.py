@@ -18,7 +18,7 @@ from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_sequences import ListedPicture
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rotated_boxes import Edges, bounding_box
 from tsr_engine.json_shapes import JsonObject
 
@@ -42,7 +42,7 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
     validator = ImportValidator(target)
     files = list_json_files(path)
     if not files:
-        raise refuse(path.name, None, "has no annotations/*.json. Export as COCO again.")
+        raise rule_error(path.name, None, "has no annotations/*.json. Export as COCO again.")
     folder = path if path.is_dir() else path.parent
     loose = UntrackedBoxes(validator, files[0].name)
     heads = {file: read_head(file, _display_name(file, folder)) for file in files}
@@ -174,7 +174,7 @@ class _Results:
                 continue
             number, where = position, f"result {position}"
             if not isinstance(result, dict):
-                raise refuse(self._name, where, "must be an object. Correct it.")
+                raise rule_error(self._name, where, "must be an object. Correct it.")
             self._result(result, where)
         if self._without_images and number:
             self._validator.repair(
@@ -239,13 +239,13 @@ def _merged(tables: list[dict[object, _T]]) -> dict[object, _T]:
 def _look_up(table: dict[object, _T], key: object, kind: str, file: str, where: str) -> _T:
     found = id_of(key)
     if found is None or found not in table:
-        raise refuse(file, where, f"{kind}_id {str(key)[:40]!r} matches no {kind}, or several. Correct it.")
+        raise rule_error(file, where, f"{kind}_id {str(key)[:40]!r} matches no {kind}, or several. Correct it.")
     return table[found]
 
 
 def _edges(box: object, file: str, where: str) -> Edges:
     if not isinstance(box, list) or len(box) != 4:
-        raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
+        raise rule_error(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
     x, y, width, height = (real_of(side, "bbox", file, where) for side in box)
     return x, y, x + width, y + height
 

@@ -47,7 +47,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
             comma = "\n"
             for part in lists:
                 video_fields = f'{compact_json(part.video.name)},"video_sha256":{compact_json(part.video.sha256)}'
-                for frame, _ in part.listed(subset):
+                for frame, _ in part.frames_and_rows(subset):
                     file.write(comma + _image(part, frame, suffix, video_fields))
                     comma = ",\n"
                     done += 1
@@ -87,7 +87,7 @@ def _annotations(part: PictureList, subset: str, labels: ClassMap, count: int) -
     numbers = {label: labels.index(label) + 1 for label in set(rows.class_id)}
     track_fields = [compact_json(track_attributes(info))[1:] for info in part.rows.tracks]
     boxes = round_to_sizes(part.rows.table.boxes, _DECIMALS, part.video.width, part.video.height)
-    for frame, row_range in part.listed(subset):
+    for frame, row_range in part.frames_and_rows(subset):
         for k in range(row_range.start, row_range.stop):
             count += 1
             score = rows.score[k]

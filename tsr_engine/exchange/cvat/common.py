@@ -17,13 +17,13 @@ from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap
 from tsr_engine.exchange.nearby_manifest import is_named_after
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rotated_boxes import bounding_box
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.video_matching import name_similarity
 from tsr_engine.exchange.video_names import safe_stem
 from tsr_engine.exchange.xml import Node, attribute, elements, escape_text, number_attribute, quote_attribute
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Attribute, AttributeValue
 
@@ -37,9 +37,9 @@ __all__ = [
     "declare_labels",
     "detect_mode",
     "find_files",
-    "flag",
     "header_lines",
     "label_lines",
+    "read_flag",
     "source_of",
 ]
 
@@ -151,7 +151,7 @@ def _attribute(node: Node) -> Attribute | None:
 
 def _number(value: str) -> float | None:
     try:
-        return real_number(value)
+        return parse_real(value)
     except ValueError:
         return None
 
@@ -206,7 +206,7 @@ def attributes_of(node: Node) -> dict[str, str]:
     return {child.attrib.get("name", ""): child.raw for child in node.all("attribute")}
 
 
-def flag(node: Node, name: str, file: str, default: str | None = None) -> bool:
+def read_flag(node: Node, name: str, file: str, default: str | None = None) -> bool:
     """A flag that is 0 or 1, or False or True as older versions of FiftyOne write it.
 
     Raises:
@@ -214,7 +214,7 @@ def flag(node: Node, name: str, file: str, default: str | None = None) -> bool:
     """
     value = node.attrib.get(name, default) if default is not None else attribute(node, name, file)
     if str(value).lower() not in ("0", "1", "false", "true"):
-        raise refuse(file, node.line, f"{name} of <{node.tag}> must be 0 or 1. Got {str(value)[:40]!r}.")
+        raise rule_error(file, node.line, f"{name} of <{node.tag}> must be 0 or 1. Got {str(value)[:40]!r}.")
     return str(value).lower() in ("1", "true")
 
 

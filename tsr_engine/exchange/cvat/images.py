@@ -20,9 +20,9 @@ from tsr_engine.exchange.cvat.common import (
     declare_labels,
     detect_mode,
     find_files,
-    flag,
     header_lines,
     label_lines,
+    read_flag,
 )
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
@@ -34,10 +34,10 @@ from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, make_picture_lists, write_listed_pictures
 from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES, ListedPicture
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rounding import round_boxes
 from tsr_engine.exchange.xml import Node, attribute, elements, number_attribute, quote_attribute
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["FORMAT"]
@@ -68,7 +68,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
             video, rows = part.video, part.rows
             track_attributes = _heads(rows)
             boxes = round_boxes(rows.table.boxes, _DECIMALS, video.width, video.height).tolist()
-            for (frame, row_range), subset_name in zip(part.listed(), part.subset, strict=True):
+            for (frame, row_range), subset_name in zip(part.frames_and_rows(), part.subset, strict=True):
                 subset = f' subset="{subset_name}"' if options.split else ""
                 file.write(
                     f' <image id="{done}" name={quote_attribute(f"{part.stem(frame)}.{suffix}")}{subset} '
@@ -147,7 +147,9 @@ def _listed(
         pictures: list[Node] = []
         for node in elements(file, "annotations", ("meta",), without_content=("image", "track"), name=name):
             if node.tag == "track":
-                raise refuse(name, node.line, "has <track> elements: it is CVAT for video. Import it in that format.")
+                raise rule_error(
+                    name, node.line, "has <track> elements: it is CVAT for video. Import it in that format."
+                )
             if node.tag == "meta":
                 declare_labels(node, validator)
                 tasks = _tasks(node)
@@ -191,9 +193,9 @@ def _scale(node: Node, size: Node | None, file: str, validator: ImportValidator)
     if size is None:
         return 1.0, 1.0
     try:
-        width, height = real_number(size.value("width")), real_number(size.value("height"))
+        width, height = parse_real(size.value("width")), parse_real(size.value("height"))
     except ValueError:
-        raise refuse(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
+        raise rule_error(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
     return validator.scale(width, height, file, size.line)
 
 
@@ -201,7 +203,7 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
     """Take the boxes of one picture."""
     scale = _scale(node, size, file, validator)
     for count, child in enumerate(node.all("box")):
-        if flag(child, "outside", file, "0"):
+        if read_flag(child, "outside", file, "0"):
             # Datumaro copies CVAT's marks of the end of a track into pictures.
             continue
         values = attributes_of(child)
@@ -209,13 +211,13 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
         stated_uid = (values.get("uid", "") or values.get("track_id", "")).strip()
         uid = stated_uid or f"frame{frame}-{count + 1}"
         if not stated_uid:
-            uid = validator.unique(uid, file, child.line)
+            uid = validator.unique_uid(uid, file, child.line)
         label = validator.label(attribute(child, "label", file), file, child.line)
         score = values.get("score", "").strip()
         try:
-            value = real_number(score) if score else math.nan
+            value = parse_real(score) if score else math.nan
         except ValueError:
-            raise refuse(file, child.line, f"the attribute score must be a number. Got {score[:40]!r}.") from None
+            raise rule_error(file, child.line, f"the attribute score must be a number. Got {score[:40]!r}.") from None
         is_known = uid in validator
         taken = validator.box(
             uid,
@@ -224,7 +226,7 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
             label,
             file=file,
             line=child.line,
-            occluded=flag(child, "occluded", file, "0"),
+            occluded=read_flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
             score=value,
             attributes=label_values(values, _TOOL_ATTRIBUTES),

@@ -10,10 +10,10 @@ import re
 from dataclasses import dataclass
 
 from tsr_engine.exchange.import_validator import ImportValidator
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.exchange.xml import Node
-from tsr_engine.io.plain_numbers import real_number, whole_number
+from tsr_engine.io.plain_numbers import parse_real, parse_whole
 
 __all__ = ["Task", "VideoTask", "tasks_of"]
 
@@ -131,11 +131,11 @@ class VideoTask:
                     f"it is of task {task_id[:20]}, elements before of task {self._task_id[:20]}, and no <tasks> tell "
                     "of both"
                 )
-                raise refuse(file, node.line, f"{rule}. Export the task of this video alone.")
+                raise rule_error(file, node.line, f"{rule}. Export the task of this video alone.")
             return True
         if task_id not in {task.id for task in self._tasks} and (task_id or len(self._tasks) > 1):
             rule = f"task_id {task_id[:20]!r} matches no task" if task_id else "it has no task_id"
-            raise refuse(file, node.line, f"{rule} of the project. Export the task of this video alone.")
+            raise rule_error(file, node.line, f"{rule} of the project. Export the task of this video alone.")
         if task_id and task_id != self._task.id:
             self.other_count += 1
             return False
@@ -144,9 +144,9 @@ class VideoTask:
 
 def _scale(size: Node, validator: ImportValidator, file: str) -> tuple[float, float]:
     try:
-        width, height = real_number(size.value("width")), real_number(size.value("height"))
+        width, height = parse_real(size.value("width")), parse_real(size.value("height"))
     except ValueError:
-        raise refuse(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
+        raise rule_error(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
     return validator.scale(width, height, file, size.line)
 
 
@@ -157,9 +157,9 @@ def _stop(node: Node) -> int | None:
 
 def _whole(node: Node, name: str, file: str) -> int:
     try:
-        return whole_number(node.value(name))
+        return parse_whole(node.value(name))
     except ValueError:
-        raise refuse(
+        raise rule_error(
             file,
             node.line,
             f"<{name}> of a task must be a whole number, as later tasks are numbered by it. Correct it.",

@@ -25,9 +25,9 @@ from tsr_engine.exchange.cvat.common import (
     declare_labels,
     detect_mode,
     find_files,
-    flag,
     header_lines,
     label_lines,
+    read_flag,
     source_of,
 )
 from tsr_engine.exchange.cvat.tasks import VideoTask
@@ -38,14 +38,14 @@ from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.pictures import WrittenPicture, frames_with_boxes, wanted_frames, write_pictures
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rounding import round_boxes
 from tsr_engine.exchange.split import SUBSETS, subset_of
 from tsr_engine.exchange.thinning import key_frames
 from tsr_engine.exchange.video_matching import TASK_SWITCH
 from tsr_engine.exchange.video_names import video_names
 from tsr_engine.exchange.xml import Node, attribute, elements, quote_attribute
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.plural import plural
 
@@ -178,7 +178,9 @@ def _read(path: Path, target: ImportTarget) -> Dataset:
                 task = VideoTask(node, validator, name)
                 declare_labels(node, validator)
             elif node.tag == "image":
-                raise refuse(name, node.line, "has <image> elements: it is CVAT for images. Import it in that format.")
+                raise rule_error(
+                    name, node.line, "has <image> elements: it is CVAT for images. Import it in that format."
+                )
             elif task.includes(node, name):
                 _read_track(node, name, validator, task)
         if task.other_count:
@@ -194,14 +196,14 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
     label = validator.label(attribute(node, "label", file), file, node.line)
     rows = [(child, attributes_of(child)) for child in node.all("box")]
     stated_uid = next((values["uid"] for _, values in rows if values.get("uid", "").strip()), "").strip()
-    uid = validator.unique(stated_uid or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
+    uid = validator.unique_uid(stated_uid or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
     first_values: Mapping[str, str] = {}
     last_frame = -1
     # FiftyOne marks key frames only for labels that know them. Its other boxes are all stated.
     has_keyframe_flags = any("keyframe" in child.attrib for child, _ in rows)
     for child, values in rows:
-        is_key = flag(child, "keyframe", file, str(int(not has_keyframe_flags)))
-        outside = flag(child, "outside", file, "0")
+        is_key = read_flag(child, "keyframe", file, str(int(not has_keyframe_flags)))
+        outside = read_flag(child, "outside", file, "0")
         frame = _frame(child, file, validator, task, outside=outside)
         if not outside:
             last_frame = max(last_frame, frame)
@@ -221,7 +223,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             file=file,
             line=child.line,
             key=is_key,
-            occluded=flag(child, "occluded", file, "0"),
+            occluded=read_flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
             score=_score(values.get("score", "").strip(), file, child),
             attributes=label_values(values, TOOL_ATTRIBUTES),
@@ -247,9 +249,9 @@ def _score(value: str, file: str, node: Node) -> float:
     if not value:
         return math.nan
     try:
-        return real_number(value)
+        return parse_real(value)
     except ValueError:
-        raise refuse(file, node.line, f"the attribute score must be a number. Got {value[:40]!r}.") from None
+        raise rule_error(file, node.line, f"the attribute score must be a number. Got {value[:40]!r}.") from None
 
 
 FORMAT = Format(

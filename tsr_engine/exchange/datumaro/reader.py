@@ -17,7 +17,7 @@ from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.json_stream import members, read_members
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_sequences import ListedPicture
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rotated_boxes import Edges, bounding_box
 from tsr_engine.json_shapes import JsonObject
 
@@ -44,7 +44,7 @@ def read_datumaro(path: Path, target: ImportTarget) -> Dataset:
     validator = ImportValidator(target)
     files = list_json_files(path)
     if not files:
-        raise refuse(path.name, None, "has no annotations/*.json. Export as Datumaro again.")
+        raise rule_error(path.name, None, "has no annotations/*.json. Export as Datumaro again.")
     listed = [picture for file in files for picture in _listed(file, len(files) > 1)]
     frames = iter(frames_of_pictures(listed, validator, path if path.is_dir() else path.parent))
     other_annotations = 0
@@ -79,7 +79,7 @@ def _listed(file: Path, several_files: bool) -> Iterator[ListedPicture]:
             continue
         where = f"item {position}"
         if not isinstance(item, dict) or not isinstance(item.get("annotations", []), list):
-            raise refuse(file.name, where, "must be an object with a list of annotations. Correct it.")
+            raise rule_error(file.name, where, "must be an object with a list of annotations. Correct it.")
         image, attr = item.get("image"), item.get("attr")
         path = str(image.get("path", "")) if isinstance(image, dict) else ""
         name = str(item.get("id") or path)
@@ -89,14 +89,14 @@ def _listed(file: Path, several_files: bool) -> Iterator[ListedPicture]:
             f"{file.stem}/{name}" if several_files else name, file.name, where, fallback_name=path, frame=frame
         )
     if not found:
-        raise refuse(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
+        raise rule_error(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
 
 
 def _label_names(content: JsonObject, file: str) -> list[str]:
     try:
         return [str(label["name"]) for label in content["categories"]["label"]["labels"]]
     except (KeyError, TypeError):
-        raise refuse(file, None, "has no categories.label.labels with names. Export as Datumaro again.") from None
+        raise rule_error(file, None, "has no categories.label.labels with names. Export as Datumaro again.") from None
 
 
 def _scale(item: JsonObject, file: str, where: str, validator: ImportValidator) -> tuple[float, float]:
@@ -108,7 +108,7 @@ def _scale(item: JsonObject, file: str, where: str, validator: ImportValidator) 
     if size == [video.height, video.width]:
         return 1.0, 1.0
     if not (isinstance(size, list) and len(size) == 2 and all(isinstance(side, int | float) for side in size)):
-        raise refuse(file, where, f"image.size must be [height, width]. Got {str(size)[:60]}.")
+        raise rule_error(file, where, f"image.size must be [height, width]. Got {str(size)[:60]}.")
     return validator.scale(float(size[1]), float(size[0]), file, where)
 
 
@@ -123,26 +123,28 @@ def _annotation(
 ) -> bool:
     """Take one annotation; False: it is not a box."""
     if not isinstance(annotation, dict):
-        raise refuse(file, where, "must be an object. Correct it.")
+        raise rule_error(file, where, "must be an object. Correct it.")
     if annotation.get("type") != "bbox":
         return False
     label = id_of(annotation.get("label_id"))
     if not isinstance(label, int) or not 0 <= label < len(names):
-        raise refuse(file, where, f"label_id {annotation.get('label_id')!r} must be 0 to {len(names) - 1}. Correct it.")
+        raise rule_error(
+            file, where, f"label_id {annotation.get('label_id')!r} must be 0 to {len(names) - 1}. Correct it."
+        )
     attributes = annotation.get("attributes", {})
     attributes = attributes if isinstance(attributes, dict) else {}
     own_values = tool_values(attributes)
     track = track_of(attributes.get("track_id"), "track_id", file, where)
     uid = str(attributes.get("uid", "")).strip() or (f"datumaro-{track}" if track is not None else "")
     if not uid:
-        uid = validator.unique(f"{frame}-{where.rsplit(' ', 1)[1]}", file, where)
+        uid = validator.unique_uid(f"{frame}-{where.rsplit(' ', 1)[1]}", file, where)
     if attributes.get("outside") in (True, "true", "True"):
         # Datumaro keeps CVAT's end marks as boxes.
         validator.hide_from(uid, frame)
         return True
     score = attributes.get("score")
     if score is not None and type(score) not in (int, float):
-        raise refuse(file, where, f"score must be a number. Got {str(score)[:40]!r}.")
+        raise rule_error(file, where, f"score must be a number. Got {str(score)[:40]!r}.")
     is_known = uid in validator
     taken = validator.box(
         uid,
@@ -174,7 +176,7 @@ def _edges(
 ) -> Edges:
     """Edges in px of the video; a rotated box is replaced by the upright box around it."""
     if not isinstance(box, list) or len(box) != 4 or not all(type(side) in (int, float) for side in box):
-        raise refuse(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
+        raise rule_error(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
     x, y, width, height = (real_of(side, "bbox", file, where) for side in box)
     edges = (x, y, x + width, y + height)
     if rotation:

@@ -94,7 +94,7 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
     ]
     boxes = round_to_sizes(rows.table.boxes, _DECIMALS, video.width, video.height)
     json_bools = ("false", "true")
-    for frame, row_range in part.listed(subset):
+    for frame, row_range in part.frames_and_rows(subset):
         name = part.stem(frame)
         out: list[str] = []
         for number, k in enumerate(range(row_range.start, row_range.stop)):

@@ -13,9 +13,9 @@ from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.nearby_manifest import is_wrapper, manifest_value
 from tsr_engine.exchange.picture_sequences import ListedPicture, read_picture_list
-from tsr_engine.exchange.reading import read_text, refuse
+from tsr_engine.exchange.reading import read_text, rule_error
 from tsr_engine.exchange.truncated_files import last_byte, report_truncated
-from tsr_engine.io.plain_numbers import whole_number
+from tsr_engine.io.plain_numbers import parse_whole
 
 __all__ = ["GROUND_TRUTH_FILE", "PICTURE_LIST", "read_gtsdb", "sniff_gtsdb"]
 
@@ -37,7 +37,7 @@ def read_gtsdb(path: Path, target: ImportTarget) -> Dataset:
     validator = ImportValidator(target)
     files = _files(path)
     if not files:
-        raise refuse(path.name, None, f"has no {GROUND_TRUTH_FILE}. Name the folder that has it.")
+        raise rule_error(path.name, None, f"has no {GROUND_TRUTH_FILE}. Name the folder that has it.")
     folder = path if path.is_dir() else path.parent
     corners = target.switches.get("corners", "auto")
     if corners == "auto":
@@ -69,7 +69,7 @@ def read_gtsdb(path: Path, target: ImportTarget) -> Dataset:
 def _cells(content: str, file: str, line: int) -> list[str]:
     cells = [cell.strip() for cell in content.split(";")]
     if len(cells) != 6:
-        raise refuse(file, line, f"must be file;left;top;right;bottom;class. Got {content.strip()[:60]!r}.")
+        raise rule_error(file, line, f"must be file;left;top;right;bottom;class. Got {content.strip()[:60]!r}.")
     return cells
 
 
@@ -78,7 +78,7 @@ def _read_row(
 ) -> None:
     label = _whole(cells[5], cells, file, line)
     if not 0 <= label < len(benchmark_keys()):
-        raise refuse(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
+        raise rule_error(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
     edges = validator.boxes.edges(lambda: _edges(cells, 1 if corners == "inclusive" else 0, file, line))
     loose.add(frame, edges, validator.label(benchmark_keys()[label], file, line), file=file, line=line)
 
@@ -86,15 +86,15 @@ def _read_row(
 def _edges(cells: list[str], extra: int, file: str, line: int) -> tuple[float, float, float, float]:
     left, top, right, bottom = (_whole(cell, cells, file, line) for cell in cells[1:5])
     if min(left, top) < 0 or max(left, top, right, bottom) > 1_000_000:
-        raise refuse(file, line, f"corners must be pixels from 0. Got {left};{top};{right};{bottom}.")
+        raise rule_error(file, line, f"corners must be pixels from 0. Got {left};{top};{right};{bottom}.")
     return left, top, right + extra, bottom + extra
 
 
 def _whole(cell: str, cells: list[str], file: str, line: int) -> int:
     try:
-        return whole_number(cell)
+        return parse_whole(cell)
     except ValueError:
-        raise refuse(file, line, f"must have whole numbers after the file. Got {';'.join(cells)[:60]!r}.") from None
+        raise rule_error(file, line, f"must have whole numbers after the file. Got {';'.join(cells)[:60]!r}.") from None
 
 
 def _files(path: Path) -> list[Path]:

@@ -41,7 +41,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                 if corners == "inclusive":
                     boxes[:, 2:] -= 1
                 edges = boxes.tolist()
-                for frame, row_range in part.listed(subset):
+                for frame, row_range in part.frames_and_rows(subset):
                     name = _name(part, frame, suffix)
                     picture_list.write(f"{name}\n")
                     for k in range(row_range.start, row_range.stop):

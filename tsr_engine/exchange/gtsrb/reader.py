@@ -9,12 +9,12 @@ from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.nearby_manifest import is_wrapper
-from tsr_engine.exchange.reading import read_text, refuse
+from tsr_engine.exchange.reading import read_text, rule_error
 from tsr_engine.exchange.sidecar import read_sidecar
 from tsr_engine.exchange.truncated_files import last_byte, report_truncated
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.io.gtsrb import table_rows
-from tsr_engine.io.plain_numbers import whole_number
+from tsr_engine.io.plain_numbers import parse_whole
 
 __all__ = ["SIDECAR", "SIDECAR_COLUMNS", "read_crops", "sniff_crops"]
 
@@ -31,7 +31,7 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
     """
     root = path if path.is_dir() else path.parent
     if not (root / SIDECAR).is_file():
-        raise refuse(
+        raise rule_error(
             path.name,
             None,
             f"has no {SIDECAR}: crops alone do not say where in the video they were cut out. Use them for training, or "
@@ -67,7 +67,7 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
             continue
         file, line, (x1, y1, x2, y2, label) = found
         if not 0 <= label < len(benchmark_keys()):
-            raise refuse(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
+            raise rule_error(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
         frame = validator.frame(entry.format_cells["frame"], SIDECAR, entry.line)
         left, top = (_whole(entry.format_cells[name], name, SIDECAR, entry.line) for name in ("left", "top"))
         is_known = entry.uid in validator
@@ -96,22 +96,22 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
 
 def _read_table(table: Path, root: Path, out: dict[str, tuple[str, int, tuple[int, ...]]]) -> None:
     name = table.relative_to(root).as_posix()
-    for line, row in table_rows(read_text(table), lambda line, rule: refuse(name, line, rule)):
+    for line, row in table_rows(read_text(table), lambda line, rule: rule_error(name, line, rule)):
         numbers = tuple(_whole(row.get(column, ""), column, name, line) for column in _NUMBER_COLUMNS)
         picture = row.get("Path") or row.get("Filename", "")
         file = (table.parent.relative_to(root) / picture.lstrip("/")).as_posix()
         if file in out:
-            raise refuse(name, line, f"{picture[:60]} occurs twice. Delete one of the lines.")
+            raise rule_error(name, line, f"{picture[:60]} occurs twice. Delete one of the lines.")
         out[file] = (name, line, numbers)
 
 
 def _whole(cell: str, name: str, file: str, line: int) -> int:
     try:
-        value = whole_number(cell)
+        value = parse_whole(cell)
     except ValueError:
-        raise refuse(file, line, f"{name} must be a whole number. Got {cell[:40]!r}.") from None
+        raise rule_error(file, line, f"{name} must be a whole number. Got {cell[:40]!r}.") from None
     if abs(value) > 1_000_000:
-        raise refuse(file, line, f"{name} must be within 1000000. Got {cell[:40]!r}.")
+        raise rule_error(file, line, f"{name} must be within 1000000. Got {cell[:40]!r}.")
     return value
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tsr_engine.exchange.label_files.label_collector import FileLabels, LabelCollector
-from tsr_engine.exchange.reading import read_text, refuse
+from tsr_engine.exchange.reading import read_text, rule_error
 from tsr_engine.exchange.yolo.class_names import MAX_YAML_BYTES, quoted_name, read_class_names
 from tsr_engine.labels.model import LabelSet
 
@@ -24,7 +24,7 @@ def read_names(path: Path, key: str, name: str) -> FileLabels:
         lines.pop()
     for number, line in enumerate(lines):
         if not line.strip():
-            raise refuse(path.name, number + 1, "is empty; every line must have a name. Add one.")
+            raise rule_error(path.name, number + 1, "is empty; every line must have a name. Add one.")
         collector.add(line, number + 1, number)
     return collector.finish(key, name)
 
@@ -38,7 +38,7 @@ def read_yaml_names(path: Path, key: str, name: str) -> FileLabels:
     collector = LabelCollector(path.name)
     found = read_class_names(path)
     if found is None:
-        raise refuse(path.name, None, "has no names. Write 'names: [stop, yield]'.")
+        raise rule_error(path.name, None, "has no names. Write 'names: [stop, yield]'.")
     for number, each in sorted(found.items()):
         collector.add(each, f"names {number}", number)
     return collector.finish(key, name)

@@ -8,7 +8,7 @@ from typing import get_args
 
 from tsr_engine.exchange.json_stream import read_members
 from tsr_engine.exchange.label_files.label_collector import FileLabels, LabelCollector
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.labels.model import Category, LabelSet
 
 __all__ = ["read_categories", "write_categories"]
@@ -25,14 +25,14 @@ def read_categories(path: Path, key: str, name: str) -> FileLabels:
     collector = LabelCollector(path.name)
     found = read_members(path, ("categories",)).get("categories")
     if not isinstance(found, list):
-        raise refuse(path.name, None, "has no list of categories.")
+        raise rule_error(path.name, None, "has no list of categories.")
     for position, each in enumerate(found, start=1):
         where = f"category {position}"
         if not isinstance(each, dict) or not isinstance(each.get("name"), str):
-            raise refuse(path.name, where, "must be an object with a name. Correct it.")
+            raise rule_error(path.name, where, "must be an object with a name. Correct it.")
         number, supercategory = each.get("id"), each.get("supercategory")
         if type(number) is not int:
-            raise refuse(path.name, where, "id must be a whole number. Correct it.")
+            raise rule_error(path.name, where, "id must be a whole number. Correct it.")
         if supercategory not in _CATEGORIES:
             if supercategory not in (None, "", "none"):
                 collector.note(

@@ -9,8 +9,8 @@ from typing import Final
 
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.label_files.label_collector import FileLabels, LabelCollector
-from tsr_engine.exchange.reading import refuse
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.exchange.reading import rule_error
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Attribute, LabelSet
 
@@ -32,7 +32,7 @@ def read_cvat_labels(path: Path, key: str, name: str) -> FileLabels:
     collector = LabelCollector(path.name)
     for member, position, found in members(path, limit=MAX_BYTES):
         if member or position is None:
-            raise refuse(path.name, None, "must be a list of labels, as CVAT's tab Raw shows it.")
+            raise rule_error(path.name, None, "must be a list of labels, as CVAT's tab Raw shows it.")
         if position:
             _read_label(found, f"label {position}", collector)
     return collector.finish(key, name)
@@ -54,7 +54,7 @@ def write_cvat_labels(labels: LabelSet) -> str:
 
 def _read_label(found: object, where: str, collector: LabelCollector) -> None:
     if not isinstance(found, dict) or not isinstance(name := found.get("name"), str):
-        raise refuse(collector.file, where, "must be an object with a name. Copy it from CVAT again.")
+        raise rule_error(collector.file, where, "must be an object with a name. Copy it from CVAT again.")
     kind, colour, listed = found.get("type", "any"), found.get("color"), found.get("attributes") or []
     if kind not in _BOX_TYPES:
         collector.note(f"{collector.file}: {name!r} is a label for {str(kind)[:40]}; it was taken as one for boxes.")
@@ -64,11 +64,11 @@ def _read_label(found: object, where: str, collector: LabelCollector) -> None:
         )
         colour = None
     if not isinstance(listed, list):
-        raise refuse(collector.file, where, "attributes must be a list. Copy it from CVAT again.")
+        raise rule_error(collector.file, where, "attributes must be a list. Copy it from CVAT again.")
     attributes: list[Attribute] = []
     for each in listed:
         if not isinstance(each, dict):
-            raise refuse(collector.file, where, "an attribute must be an object. Copy it from CVAT again.")
+            raise rule_error(collector.file, where, "an attribute must be an object. Copy it from CVAT again.")
         attribute = collector.attribute(name, _attribute_fields(each, name, where, collector))
         if attribute is not None and attribute.name in {known.name for known in attributes}:
             collector.note(
@@ -85,7 +85,7 @@ def _attribute_fields(each: JsonObject, label: str, where: str, collector: Label
     values = each.get("values") or []
     if not isinstance(values, list) or kind not in ("checkbox", "select", "radio", "number", "text"):
         rule = "an attribute must have the input_type checkbox, select, radio, number or text, and a list of values."
-        raise refuse(collector.file, where, rule)
+        raise rule_error(collector.file, where, rule)
     values, fields = (
         [str(value) for value in values],
         {"name": each.get("name"), "mutable": each.get("mutable") is True},
@@ -113,9 +113,11 @@ def _attribute_fields(each: JsonObject, label: str, where: str, collector: Label
 
 def _number(value: str, label: str, where: str, collector: LabelCollector) -> float:
     try:
-        return real_number(value)
+        return parse_real(value)
     except ValueError:
-        raise refuse(collector.file, where, f"{value[:40]!r} in an attribute of {label!r} must be a number.") from None
+        raise rule_error(
+            collector.file, where, f"{value[:40]!r} in an attribute of {label!r} must be a number."
+        ) from None
 
 
 def _attribute_as_json(attribute: Attribute) -> JsonObject:

@@ -13,7 +13,7 @@ from tsr_engine.exchange.label_files.coco_categories import read_categories, wri
 from tsr_engine.exchange.label_files.cvat_labels import read_cvat_labels, write_cvat_labels
 from tsr_engine.exchange.label_files.label_collector import FileLabels
 from tsr_engine.exchange.label_files.label_config import read_label_config, write_label_config
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.labels.files import dump_set, load_set
 from tsr_engine.labels.model import LabelSet
 
@@ -106,9 +106,9 @@ def format_of(path: Path, file: str = "") -> str:
         with path.open("rb") as stream:
             head = stream.read(_HEAD).removeprefix(b"\xef\xbb\xbf").lstrip()
     except OSError as error:
-        raise refuse(path.name, None, f"cannot be read: {error.strerror}.") from None
+        raise rule_error(path.name, None, f"cannot be read: {error.strerror}.") from None
     if not head:
-        raise refuse(path.name, None, "is empty.")
+        raise rule_error(path.name, None, "is empty.")
     if head.startswith(b"["):
         return "cvat"
     if head.startswith(b"{"):
@@ -119,7 +119,7 @@ def format_of(path: Path, file: str = "") -> str:
     if file.endswith((".yaml", ".yml")) or any(line.startswith(b"names:") for line in head.splitlines()):
         return "yaml"
     if b"\0" in head:
-        raise refuse(path.name, None, f"is not a file of labels. Known formats are {', '.join(LABEL_FORMATS)}.")
+        raise rule_error(path.name, None, f"is not a file of labels. Known formats are {', '.join(LABEL_FORMATS)}.")
     return "names"
 
 

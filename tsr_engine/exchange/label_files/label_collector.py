@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.changes import key_of
 from tsr_engine.labels.model import MAX_LABELS, Attribute, Label, LabelSet
@@ -83,12 +83,16 @@ class LabelCollector:
             ImportFormatError: two labels have the same number, or there are too many.
         """
         if len(self._labels) == MAX_LABELS:
-            raise refuse(self.file, where, f"is more than the {MAX_LABELS} labels that a set holds. Split the file.")
+            raise rule_error(
+                self.file, where, f"is more than the {MAX_LABELS} labels that a set holds. Split the file."
+            )
         name = name.strip()
         if number is not None and not 0 <= number <= _MAX_NUMBER:
-            raise refuse(self.file, where, f"the number of a label must be 0 to {_MAX_NUMBER}. Got {number}.")
+            raise rule_error(self.file, where, f"the number of a label must be 0 to {_MAX_NUMBER}. Got {number}.")
         if number is not None and number in self._ids:
-            raise refuse(self.file, where, f"{name!r} has the number {number} of {self._ids[number]!r}. Correct one.")
+            raise rule_error(
+                self.file, where, f"{name!r} has the number {number} of {self._ids[number]!r}. Correct one."
+            )
         other = self._names.get(comparable(name))
         if other is not None:
             same = "occurs twice" if other == name else f"is the same label as {other!r} here"
@@ -120,7 +124,7 @@ class LabelCollector:
             ImportFormatError: the file has no labels.
         """
         if not self._labels and not self._refused:
-            raise refuse(self.file, None, "has no labels.")
+            raise rule_error(self.file, None, "has no labels.")
         labels = [self._with_free_key(label) for label in self._labels]
         next_id = max((label.id for label in labels), default=-1) + 1
         label_set = LabelSet(key=key, name=name, next_id=next_id, labels=tuple(labels))

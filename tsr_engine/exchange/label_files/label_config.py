@@ -10,7 +10,7 @@ from typing import Final
 from PIL import ImageColor
 
 from tsr_engine.exchange.label_files.label_collector import FileLabels, LabelCollector
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.xml import Node, attribute, elements, number_attribute, quote_attribute
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
@@ -34,7 +34,7 @@ def read_label_config(path: Path, key: str, name: str) -> FileLabels:
         ImportFormatError: not XML, another root, or no labels; names the line.
     """
     if path.stat().st_size > MAX_BYTES:
-        raise refuse(path.name, None, f"is larger than the {MAX_BYTES} bytes that are read.")
+        raise rule_error(path.name, None, f"is larger than the {MAX_BYTES} bytes that are read.")
     collector = LabelCollector(path.name)
     (root,) = elements(path, "View", ("View",))
     nodes = list(_descendants(root))

@@ -10,7 +10,7 @@ from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.label_studio.controls import answers_of, declare_controls
 from tsr_engine.exchange.label_studio.regions import TimeCheck, as_list, is_rectangle, read_region, target_object
-from tsr_engine.exchange.reading import read_json, refuse
+from tsr_engine.exchange.reading import read_json, rule_error
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts, name_in, name_similarity
 from tsr_engine.json_shapes import JsonObject
@@ -33,7 +33,7 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
     """
     video = target.video
     if not video.constant_rate or video.rate is None:
-        raise refuse(
+        raise rule_error(
             path.name,
             None,
             f"counts frames by time, but {video.name} has a variable frame rate, so its frames differ. Use CVAT.",
@@ -41,7 +41,7 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
     validator = ImportValidator(target)
     files = _files(path)
     if not files:
-        raise refuse(path.name, None, "has no JSON file. Export as JSON from Label Studio again.")
+        raise rule_error(path.name, None, "has no JSON file. Export as JSON from Label Studio again.")
     parts = [part for file in files for part in _tasks(file, video)]
     declare_controls(path if path.is_dir() else path.parent, validator)
     for part in choose_parts(
@@ -65,17 +65,17 @@ def _files(path: Path) -> list[Path]:
 
 def _tasks(file: Path, video: DatasetVideo) -> list[VideoPart[tuple[JsonObject, str, str]]]:
     if file.suffix.lower() != ".json":
-        raise refuse(
+        raise rule_error(
             file.name, None, f"is a table of Label Studio, which lacks a part of the annotations. {_JSON_ADVICE}"
         )
     tasks = read_json(file)
     tasks = [tasks] if isinstance(tasks, dict) else tasks
     if not isinstance(tasks, list) or not all(isinstance(task, dict) for task in tasks):
-        raise refuse(file.name, None, f"must be a list of tasks. {_JSON_ADVICE}")
+        raise rule_error(file.name, None, f"must be a list of tasks. {_JSON_ADVICE}")
     parts = []
     for position, task in enumerate(tasks, start=1):
         if "data" not in task and "annotations" not in task and "predictions" not in task:
-            raise refuse(
+            raise rule_error(
                 file.name, f"task {position}", f"has no data and no annotations, as in JSON-MIN. {_JSON_ADVICE}"
             )
         parts.append(_part(task, file.name, f"task {position}", video))
@@ -127,7 +127,7 @@ def _left_out_reason(answers: list[JsonObject]) -> str:
 def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: str) -> None:
     answers = _annotations(task)
     if not answers:
-        raise refuse(file, where, "has neither annotations nor predictions with a result. Export as JSON again.")
+        raise rule_error(file, where, "has neither annotations nor predictions with a result. Export as JSON again.")
     if len(answers) > 1:
         validator.skip(f"{file}, {where}: {len(answers) - 1} annotations", _left_out_reason(answers))
     other_videos = _other_videos(task, answers[0]["result"], validator.target.video)
@@ -146,7 +146,7 @@ def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: s
     for index, region in enumerate(answers[0]["result"]):
         region_location = f"{where}, region {index + 1}"
         if not isinstance(region, dict):
-            raise refuse(file, region_location, "must be an object. Correct it.")
+            raise rule_error(file, region_location, "must be an object. Correct it.")
         if not is_rectangle(region):
             is_known = region.get("type") == "labels" or str(region.get("id")) in answers_by_region
             other_results += not (is_known and region.get("id") in rectangle_ids)

@@ -9,7 +9,7 @@ from tsr_engine.exchange.dataset import UNSTATED_LABEL
 from tsr_engine.exchange.ids import is_number
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
 __all__ = ["TimeCheck", "as_list", "is_rectangle", "read_region", "target_object"]
@@ -63,7 +63,7 @@ class TimeCheck:
         """
         video, rate = self._validator.target.video, f"{self._rate:g} frames/s"
         if len(self._wrong_locations) * 2 > self._checked:
-            raise refuse(
+            raise rule_error(
                 self._file,
                 self._wrong_locations[0],
                 f"{self._first_mismatch}, but {video.name} has {rate}: it is another video, or Label Studio counted at "
@@ -105,7 +105,7 @@ def read_region(
     """
     value = region.get("value")
     if not isinstance(value, dict) or not isinstance(value.get("sequence"), list):
-        raise refuse(file, where, "must have a value with a sequence. Export as JSON again.")
+        raise rule_error(file, where, "must have a value with a sequence. Export as JSON again.")
     _check_count(value.get("framesCount"), validator, file, where)
     names = as_list(value.get("labels")) or labels
     label = validator.label(str(names[0]), file, where) if names else UNSTATED_LABEL
@@ -113,13 +113,13 @@ def read_region(
         kind = "Regions of several labels have the first one" if names else "Regions have no label"
         validator.count(kind, file, where)
     meta = _meta(region)
-    uid = validator.unique((meta.get("uid") or [str(region.get("id", ""))])[0].strip() or where, file, where)
+    uid = validator.unique_uid((meta.get("uid") or [str(region.get("id", ""))])[0].strip() or where, file, where)
     video = validator.target.video
     enabled_at: dict[int, bool] = {}
     for index, key in enumerate(value["sequence"]):
         location = f"{where}, key frame {index + 1}"
         if not isinstance(key, dict):
-            raise refuse(file, location, "must be an object. Correct it.")
+            raise rule_error(file, location, "must be an object. Correct it.")
         frame = validator.frame(key.get("frame", ""), file, location, origin=1)
         times.add(frame, key.get("time"), location)
         edges = validator.boxes.edges(partial(_edges, key, validator, file, location))
@@ -160,7 +160,7 @@ def _check_count(count: object, validator: ImportValidator, file: str, where: st
     video = validator.target.video
     # Label Studio rounds the duration, so the count may be off by one.
     if is_number(count) and abs(count - video.frames) > 1:
-        raise refuse(
+        raise rule_error(
             file,
             where,
             f"was drawn on {count:g} frames, {video.name} has {video.frames}: it is another video, or Label Studio "
@@ -183,11 +183,11 @@ def _meta(region: JsonObject) -> dict[str, list[str]]:
 def _number(key: JsonObject, name: str, file: str, where: str) -> float:
     value = key.get(name)
     if not is_number(value):
-        raise refuse(file, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
+        raise rule_error(file, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
     try:
         return float(value)  # type: ignore[arg-type]
     except OverflowError:
-        raise refuse(file, where, f"{name} is too large. Correct it.") from None
+        raise rule_error(file, where, f"{name} is too large. Correct it.") from None
 
 
 def _upright(x: float, y: float, width: float, height: float, rotation: float) -> tuple[float, float, float, float]:

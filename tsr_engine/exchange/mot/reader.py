@@ -19,10 +19,10 @@ from tsr_engine.exchange.mot.row_values import RowValues
 from tsr_engine.exchange.mot.sequences import SequenceFiles, class_names, find_sequences, picture_scale
 from tsr_engine.exchange.nearby_manifest import is_wrapper, manifest_value
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.reading import read_text, refuse
+from tsr_engine.exchange.reading import read_text, rule_error
 from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN, finite_number, read_rows
 from tsr_engine.exchange.truncated_files import last_byte, report_truncated
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.labels.model import AttributeValue
 
 __all__ = ["SIDECAR", "SIDECAR_COLUMNS", "read_mot", "sniff_mot"]
@@ -91,7 +91,7 @@ def _read_sequence(
                     line,
                     (
                         *values_without_box[:2],
-                        *(real_number(cells[at]) for at in _BOX_COLUMNS),
+                        *(parse_real(cells[at]) for at in _BOX_COLUMNS),
                         *values_without_box[6:],
                     ),
                 )
@@ -115,7 +115,7 @@ def _read_sequence(
         frame = origins.frame.frame(values[0], file, line)
         number = values[1]
         if not (math.isfinite(number) and number == int(number)):
-            raise refuse(file, line, f"the track id must be a whole number. Got {number:g}.")
+            raise rule_error(file, line, f"the track id must be a whole number. Got {number:g}.")
         edges = validator.boxes.edges(partial(_edges, values, broken.get(line), origins.origin, scale, file, line))
         label, score, ignore, occluded = row_values(values, line)
         if number < 0 or (number == 0 and not zero_is_an_id):
@@ -159,7 +159,9 @@ def _columns(
         rows, option, is_ground_truth=is_ground_truth, has_names=names is not None, is_own_export=is_own_export
     )
     if columns is None:
-        raise refuse(file, 1, f"has {len(rows[0])} columns, which columns={option} does not fit. Choose another value.")
+        raise rule_error(
+            file, 1, f"has {len(rows[0])} columns, which columns={option} does not fit. Choose another value."
+        )
     if columns.report:
         validator.repair(f"{file}: {columns.report}.")
     return columns
@@ -175,14 +177,14 @@ def _rows(path: Path, file: str) -> Iterator[tuple[int, list[str]]]:
         if not width:
             width = len(cells)
             if width not in _COLUMN_COUNTS:
-                raise refuse(
+                raise rule_error(
                     file,
                     line,
                     "must have 9 columns (frame, id, x, y, w, h, flag, class, visibility), or as results 7 or 10. "
                     f"Got {width}.",
                 )
         if len(cells) != width:
-            raise refuse(file, line, f"must have {width} columns as the rows before. Got {len(cells)}.")
+            raise rule_error(file, line, f"must have {width} columns as the rows before. Got {len(cells)}.")
         yield line, cells
 
 
@@ -195,9 +197,9 @@ def _cells(content: str) -> list[str]:
 
 def _real(cell: str, at: int, file: str, line: int) -> float:
     try:
-        return real_number(cell)
+        return parse_real(cell)
     except ValueError:
-        raise refuse(file, line, f"column {at + 1} must be a number. Got {cell.strip()[:40]!r}.") from None
+        raise rule_error(file, line, f"column {at + 1} must be a number. Got {cell.strip()[:40]!r}.") from None
 
 
 def _read_sidecar(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, AttributeValue]]]:
@@ -209,9 +211,9 @@ def _read_sidecar(path: Path) -> dict[int, tuple[str, str, str, str, dict[str, A
     for line, cells in read_rows(path, SIDECAR_COLUMNS):
         number = finite_number(cells["id"], "id", path.name, line)
         if number in out or cells["uid"] in names:
-            raise refuse(path.name, line, f"track {cells['id']} occurs twice. Give each its own id and name.")
+            raise rule_error(path.name, line, f"track {cells['id']} occurs twice. Give each its own id and name.")
         if not cells["uid"] or number != int(number):
-            raise refuse(path.name, line, "must have a whole id and a name. Correct it.")
+            raise rule_error(path.name, line, "must have a whole id and a name. Correct it.")
         names.add(cells["uid"])
         attributes = parse_attributes(cells.get(ATTRIBUTES_COLUMN), path.name, line)
         out[int(number)] = (cells["uid"], cells["state"], cells["source"] or "imported", cells["note"], attributes)
@@ -237,7 +239,7 @@ def _looks_like_rows(path: Path) -> bool:
     line = next((part for part in start.decode("latin-1").splitlines() if part.strip()), "")
     cells = _cells(line)
     try:
-        values = [real_number(cell) for cell in cells]
+        values = [parse_real(cell) for cell in cells]
     except ValueError:
         return False
     # Rows of YOLO polygons have spaces too, but their second number is a relative coordinate.

@@ -7,7 +7,7 @@ import math
 from tsr_engine.exchange.dataset import UNSTATED_LABEL
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.mot.columns import MIN_VISIBILITY, VISDRONE, Columns, Row
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 
 __all__ = ["LABELS_FILE", "RowValues"]
 
@@ -53,10 +53,10 @@ class RowValues:
         )
         if flag not in (0.0, 1.0):
             description = f"Got {flag:g}; results have 10 columns."
-            raise refuse(self._file, line, f"column 7 must be 0 (ignore) or 1. {description}")
+            raise rule_error(self._file, line, f"column 7 must be 0 (ignore) or 1. {description}")
         visibility = 1.0 if columns.visibility is None else values[columns.visibility]
         if not -1 <= visibility <= 1:
-            raise refuse(self._file, line, f"the visibility must be in 0 to 1, or -1. Got {visibility:g}.")
+            raise rule_error(self._file, line, f"the visibility must be in 0 to 1, or -1. Got {visibility:g}.")
         score = (
             math.nan
             if columns.score is None or values[columns.score] == -1
@@ -76,13 +76,13 @@ class RowValues:
             return score
         if self._validator.target.switches.get("scores") != "drop":
             rule = f"score {score:g} must be in 0 to 1. Scale the scores, or leave them out with scores=drop."
-            raise refuse(self._file, line, rule)
+            raise rule_error(self._file, line, rule)
         self._validator.count("Scores outside 0 to 1 were left out", self._file, line)
         return math.nan
 
     def _label(self, number: float, line: int) -> int:
         if not (math.isfinite(number) and number == int(number)):
-            raise refuse(self._file, line, f"the class must be a whole number. Got {number:g}.")
+            raise rule_error(self._file, line, f"the class must be a whole number. Got {number:g}.")
         if number == -1:  # unused columns hold it
             return UNSTATED_LABEL
         if not self._listed and str(int(number)) in self._validator.target.label_map:
@@ -92,9 +92,9 @@ class RowValues:
             if not 0 <= index < len(self._names):
                 rule = f"class {int(number)} must be {self._first} to {len(self._names) - 1 + self._first}"
                 if not self._listed:
-                    raise refuse(self._file, line, f"{rule}, VisDrone's classes. Import with columns=results.")
+                    raise rule_error(self._file, line, f"{rule}, VisDrone's classes. Import with columns=results.")
                 hint = f"Import with first_class={1 - self._first} if the file counts from there."
-                raise refuse(self._file, line, f"{rule}, the lines of {LABELS_FILE}. {hint}")
+                raise rule_error(self._file, line, f"{rule}, the lines of {LABELS_FILE}. {hint}")
             return self._validator.label(self._names[index], self._file, line)
         self._validator.count(
             f"Rows without {LABELS_FILE} took their class number, counted from {self._first} (first_class), "

@@ -13,10 +13,10 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.mot.row_values import LABELS_FILE
 from tsr_engine.exchange.nearby_manifest import is_named_after
-from tsr_engine.exchange.reading import read_text, refuse
+from tsr_engine.exchange.reading import read_text, rule_error
 from tsr_engine.exchange.video_matching import name_similarity
 from tsr_engine.exchange.video_names import safe_stem
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 
 __all__ = ["SequenceFiles", "class_names", "find_sequences", "picture_scale"]
 
@@ -57,7 +57,7 @@ def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles
             return [SequenceFiles(path, path / part)]
     parts = sorted(path.rglob("gt/gt.txt"))
     if not parts:
-        raise refuse(path.name, None, "has neither gt/gt.txt nor det/det.txt. Export as MOT 1.1 again.")
+        raise rule_error(path.name, None, "has neither gt/gt.txt nor det/det.txt. Export as MOT 1.1 again.")
     names = {part: part.parent.parent.name for part in parts}
     matching = [
         part for part in parts if name_similarity(names[part], video) or is_named_after(path, video, names[part])
@@ -113,12 +113,12 @@ def picture_scale(sequence: SequenceFiles, folder: Path, validator: ImportValida
         parser.read_file(io.StringIO(read_text(path, limit=1 << 20)))
         fields = parser["Sequence"] if parser.has_section("Sequence") else {}
         length, rate, width, height = (
-            real_number(fields[name]) if fields.get(name) else math.nan
+            parse_real(fields[name]) if fields.get(name) else math.nan
             for name in ("seqLength", "frameRate", "imWidth", "imHeight")
         )
     except (configparser.Error, ValueError) as error:
         first = str(error).splitlines()[0]
-        raise refuse(path.name, None, f"must have whole numbers in [Sequence]: {first}. Correct it.") from None
+        raise rule_error(path.name, None, f"must have whole numbers in [Sequence]: {first}. Correct it.") from None
     video = validator.target.video
     _report_other_name(fields.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, validator)
     if math.isfinite(length) and length != video.frames:

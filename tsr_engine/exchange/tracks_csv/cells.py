@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import get_args
 
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.table_columns import edges_of
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.records import Source
 
 __all__ = ["check_pixels", "differ", "read_edges", "read_flag", "read_number", "read_score", "read_uid"]
@@ -20,7 +20,7 @@ _LOG_ODDS_SOURCES = frozenset(get_args(Source))
 def differ(one: str, other: str) -> bool:
     """Whether two cells are different numbers."""
     try:
-        return real_number(one) != real_number(other)
+        return parse_real(one) != parse_real(other)
     except ValueError:
         return False
 
@@ -44,7 +44,9 @@ def read_edges(cells: Mapping[str, str], is_own_table: bool, file: str, line: in
         name = "box" if "box" in cells else "bbox"
         found = edges_of(cells[name], sized=name == "bbox")
         if found is None:
-            raise refuse(file, line, f"{name} must be four numbers, with or without names. Got {cells[name][:60]!r}.")
+            raise rule_error(
+                file, line, f"{name} must be four numbers, with or without names. Got {cells[name][:60]!r}."
+            )
         edges = found
     return edges if is_own_table else check_pixels(edges, file, line)
 
@@ -59,7 +61,7 @@ def check_pixels(
     """
     if all(0 <= edge <= 1 for edge in edges):
         rule = "the box lies within one pixel, so its edges are relative. Write px (normalize=False)."
-        raise refuse(file, line, rule)
+        raise rule_error(file, line, rule)
     return edges
 
 
@@ -69,11 +71,11 @@ def read_uid(cells: Mapping[str, str], file: str, line: int) -> str:
         return cells["uid"]
     cell = cells.get("track", "")
     try:
-        number = real_number(cell) if cell else -1.0
+        number = parse_real(cell) if cell else -1.0
     except ValueError:
         return cell
     if not math.isfinite(number) or number != int(number):
-        raise refuse(file, line, f"track_id must be a whole number or a name. Got {cell[:40]!r}.")
+        raise rule_error(file, line, f"track_id must be a whole number or a name. Got {cell[:40]!r}.")
     return str(int(number)) if number >= 0 else ""
 
 
@@ -93,7 +95,7 @@ def read_flag(cells: Mapping[str, str], name: str, file: str, line: int, default
     if not cell:
         return default
     if cell not in ("0", "1", "true", "false", "0.0", "1.0"):
-        raise refuse(file, line, f"{name} must be 0 or 1. Got {cell[:40]!r}.")
+        raise rule_error(file, line, f"{name} must be 0 or 1. Got {cell[:40]!r}.")
     return cell in ("1", "true", "1.0")
 
 
@@ -101,9 +103,9 @@ def read_number(cells: Mapping[str, str], name: str, file: str, line: int) -> fl
     """Read a finite number."""
     cell = cells[name]
     try:
-        value = real_number(cell)
+        value = parse_real(cell)
     except ValueError:
-        raise refuse(file, line, f"{name} must be a number. Got {cell[:40]!r}.") from None
+        raise rule_error(file, line, f"{name} must be a number. Got {cell[:40]!r}.") from None
     if not math.isfinite(value):
-        raise refuse(file, line, f"{name} must be finite. Got {cell[:40]!r}. Correct it.")
+        raise rule_error(file, line, f"{name} must be finite. Got {cell[:40]!r}. Correct it.")
     return value

@@ -17,7 +17,7 @@ from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.manifest import MANIFEST
 from tsr_engine.exchange.nearby_manifest import is_named_after, manifest_value
 from tsr_engine.exchange.notes import notes_from_text
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.sidecar import read_header, read_rows
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.table_columns import (
@@ -34,7 +34,7 @@ from tsr_engine.exchange.tracks_csv.cells import differ, read_edges, read_flag, 
 from tsr_engine.exchange.truncated_files import last_byte, report_truncated
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.exchange.video_names import safe_stem
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
@@ -124,14 +124,14 @@ class _Table:
             columns = find_columns(cells)
         except ValueError as error:
             rule = f"the header has more than one set of box columns: {error}. Keep one."
-            raise refuse(self._name, 1, rule) from None
+            raise rule_error(self._name, 1, rule) from None
         if "frame" not in columns.named or not columns.box:
             pictures = [name for name in cells if normalized(name) in PICTURE_COLUMNS]
             if pictures and columns.box:
                 rule = f"names pictures ({pictures[0]}), not frames. Add a column frame, or export as COCO."
-                raise refuse(self._name, 1, rule)
+                raise rule_error(self._name, 1, rule)
             rule = f"the header must have frame and x1,y1,x2,y2 or x,y,w,h. Got {','.join(cells)[:120]}. Add them."
-            raise refuse(self._name, 1, rule)
+            raise rule_error(self._name, 1, rule)
         return columns
 
     def _find_video_and_origin(self) -> None:
@@ -150,7 +150,7 @@ class _Table:
         if not self._origin.decided:
             for number in videos[self._video or ""]:
                 try:
-                    self._origin.add(real_number(number))
+                    self._origin.add(parse_real(number))
                 except ValueError:
                     return  # read() refuses the row
             self._origin.decide(self._name)
@@ -176,13 +176,13 @@ class _Table:
             if differ(cells[other], named["frame"]):
                 first, second = self._columns.named["frame"], cells[other].strip()[:40]
                 rule = f"{first} says {named['frame'][:40]} and {other} {second}. Keep one of the columns."
-                raise refuse(file, line, rule)
+                raise rule_error(file, line, rule)
         if "w" not in named:
             self._check_size(cells, line)
         edges = validator.boxes.edges(lambda: read_edges(named, self._columns.is_own_table, file, line))
         visibility = read_number(named, "visibility", file, line) if named.get("visibility") else 1.0
         if not -1 <= visibility <= 1:
-            raise refuse(file, line, f"visibility must be in 0 to 1. Got {named['visibility'][:40]!r}.")
+            raise rule_error(file, line, f"visibility must be in 0 to 1. Got {named['visibility'][:40]!r}.")
         box_fields: JsonObject = {
             "file": file,
             "line": line,
@@ -214,7 +214,7 @@ class _Table:
         video = self._validator.target.video
         size = (cells.get("width", ""), cells.get("height", ""))
         with suppress(ValueError):
-            if all(size) and tuple(map(real_number, size)) != (video.width, video.height):
+            if all(size) and tuple(map(parse_real, size)) != (video.width, video.height):
                 what = f"Rows are about pictures of {size[0][:12]}x{size[1][:12]} px"
                 report = f"{what}, {video.name} has {video.width}x{video.height}; their boxes were not scaled"
                 self._validator.count(report, self._name, line)
@@ -228,7 +228,7 @@ class _Table:
         if not cell:
             return UNSTATED_LABEL
         try:
-            number = real_number(cell)
+            number = parse_real(cell)
         except ValueError:
             return self._validator.label(cell, self._name, line)
         if number == NO_CLASS:
@@ -236,7 +236,7 @@ class _Table:
         if not any(is_id_column(column) for column, each in given.items() if each == cell):
             return self._validator.label(cell, self._name, line)
         if not math.isfinite(number) or number != int(number):
-            raise refuse(self._name, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
+            raise rule_error(self._name, line, f"class_id must be a whole number. Got {cell[:40]!r}.")
         name = str(int(number))
         if not columns.is_own_table and name not in self._validator.target.label_map:
             self._validator.count(CLASS_NUMBERS_REPORT, self._name, line)

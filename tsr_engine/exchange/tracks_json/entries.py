@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from tsr_engine.exchange.json_stream import members
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.table_columns import MISSING_VALUES
 from tsr_engine.json_shapes import JsonMapping
 
@@ -72,7 +72,7 @@ def entries(path: Path) -> Iterator[Entry | None]:
             for box_position, each in enumerate(inner, start=1):
                 yield Entry("", f"list {position}, box {box_position}", each, position - 1, ordered=True)
         elif key in _LISTS and key:
-            raise refuse(path.name, key, "must be a list. Correct it.")
+            raise rule_error(path.name, key, "must be a list. Correct it.")
 
 
 def first_value(entry: JsonMapping, names: Sequence[str]) -> Any:  # Any: a value of JSON

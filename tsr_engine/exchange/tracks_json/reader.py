@@ -16,7 +16,7 @@ from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.json_stream import read_members
 from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.manifest import MANIFEST
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.table_columns import (
     CLASS_COLUMNS,
@@ -30,7 +30,7 @@ from tsr_engine.exchange.tracks_csv.cells import check_pixels
 from tsr_engine.exchange.tracks_csv.reader import CLASS_NUMBERS_REPORT, files_of_video
 from tsr_engine.exchange.tracks_json.entries import FRAME_KEY, Entry, entries, first_value, inner_boxes
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts
-from tsr_engine.io.plain_numbers import real_number, whole_number
+from tsr_engine.io.plain_numbers import parse_real, parse_whole
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
@@ -86,7 +86,7 @@ class _File:
             if entry is not None and self._video in (None, _video_of(entry.value)):
                 self._entry(entry)
         if not has_entries:
-            raise refuse(self._name, None, "must be an object with tracks or detections, or a list of either.")
+            raise rule_error(self._name, None, "must be an object with tracks or detections, or a list of either.")
         if self._frames_by_order:
             report = "lists without frame numbers were taken as those of frames 0, 1, 2 ... in their order"
             self._validator.repair(f"{self._name}: {report}.")
@@ -113,7 +113,7 @@ class _File:
         # Values other than numbers are refused when they are read.
         with suppress(ValueError, OverflowError):
             if isinstance(number, str):
-                self._origin.add(real_number(number))
+                self._origin.add(parse_real(number))
             elif isinstance(number, (int, float)):
                 self._origin.add(float(number))
         for each in inner_boxes(value) or ():
@@ -141,7 +141,7 @@ class _File:
         if self._is_own_format:
             self._origin = FrameOrigin(self._validator, 0, is_certain=True)
         if self._is_own_format and version != _VERSION:
-            raise refuse(self._name, None, f"version must be {_VERSION}. Got {str(version)[:20]}. Export it again.")
+            raise rule_error(self._name, None, f"version must be {_VERSION}. Got {str(version)[:20]}. Export it again.")
         video = head.get("video")
         if isinstance(video, str):
             video = {"name": video}
@@ -164,25 +164,25 @@ class _File:
         classes = head.get("classes")
         if classes is not None:
             if not isinstance(classes, list) or not all(isinstance(name, str) for name in classes):
-                raise refuse(self._name, "classes", "must be a list of names. Correct it.")
+                raise rule_error(self._name, "classes", "must be a list of names. Correct it.")
             self._classes = classes
 
     def _object(self, entry: object, where: str) -> JsonObject:
         if not isinstance(entry, dict):
-            raise refuse(self._name, where, f"must be an object. Got {str(entry)[:40]!r}.")
+            raise rule_error(self._name, where, f"must be an object. Got {str(entry)[:40]!r}.")
         return entry
 
     def _track(self, track: JsonMapping, where: str, *, rejected: bool) -> None:
         uid = self._id(track, where)
         if not uid:
-            raise refuse(self._name, where, "must have an id. Give the track a name.")
+            raise rule_error(self._name, where, "must have an id. Give the track a name.")
         if uid in self._uids:
-            raise refuse(self._name, where, f"a second track is called {uid[:60]!r}. Give each its own id.")
+            raise rule_error(self._name, where, f"a second track is called {uid[:60]!r}. Give each its own id.")
         self._uids.add(uid)
         label = self._label(track, where, UNSTATED_LABEL)
         boxes = track.get("boxes", [])
         if not isinstance(boxes, list):
-            raise refuse(self._name, where, "boxes must be a list. Correct it.")
+            raise rule_error(self._name, where, "boxes must be a list. Correct it.")
         for number, box in enumerate(boxes, start=1):
             location = f"{where}, box {number}"
             self._box(self._object(box, location), location, (uid, label))
@@ -202,7 +202,7 @@ class _File:
             for note in notes
         )
         if not is_valid:
-            raise refuse(self._name, where, "notes must be a list of [frame, text]. Correct it.")
+            raise rule_error(self._name, where, "notes must be a list of [frame, text]. Correct it.")
         return [(note[0] - self._origin.origin, note[1]) for note in notes]
 
     def _box(self, box: JsonMapping, where: str, track: tuple[str, int] | None) -> None:
@@ -211,9 +211,10 @@ class _File:
         number = first_value(box, COLUMN_NAMES["frame"])
         others = [name for name in COLUMN_NAMES["frame"] if is_number(box.get(name)) and box[name] != number]
         if is_number(number) and others:
-            raise refuse(self._name, where, f"says frame {number} and {others[0]} {box[others[0]]}. Keep one of them.")
+            other = f"{others[0]} {box[others[0]]}"
+            raise rule_error(self._name, where, f"says frame {number} and {other}. Keep one of them.")
         if type(number) not in (int, float, str):
-            raise refuse(
+            raise rule_error(
                 self._name,
                 where,
                 f"must have a frame number. Got {str(number)[:40]!r}. Of results for each picture, keep a list each.",
@@ -243,7 +244,7 @@ class _File:
         edges = edges_of(value, sized=sized)
         if edges is None:
             got = str(box.get(name))[:60]
-            raise refuse(self._name, where, f"must have box [x1, y1, x2, y2] or bbox [x, y, w, h]. Got {got}.")
+            raise rule_error(self._name, where, f"must have box [x1, y1, x2, y2] or bbox [x, y, w, h]. Got {got}.")
         a, b, c, d = edges if self._is_own_format else check_pixels(edges, self._name, where)
         sx, sy = self._scale
         return a * sx, b * sy, c * sx, d * sy
@@ -257,20 +258,20 @@ class _File:
         if value is None or (type(value) is int and value < 0):
             return ""
         if type(value) not in (int, str):
-            raise refuse(self._name, where, f"id must be a text or a whole number. Got {str(value)[:40]!r}.")
+            raise rule_error(self._name, where, f"id must be a text or a whole number. Got {str(value)[:40]!r}.")
         return "" if value == "-1" else str(value)
 
     def _label(self, entry: JsonMapping, where: str, default: int) -> int:
         values = {name: entry[name] for name in CLASS_COLUMNS if entry.get(name) is not None}
         wrong = next((value for value in values.values() if type(value) not in (int, str, float)), None)
         if wrong is not None:
-            raise refuse(self._name, where, f"class must be a name or a number. Got {str(wrong)[:40]!r}.")
+            raise rule_error(self._name, where, f"class must be a name or a number. Got {str(wrong)[:40]!r}.")
         cells = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in values.items()}
         cell = class_of_cells(cells.values())
         if not cell:
             return default
         try:
-            number = whole_number(cell)
+            number = parse_whole(cell)
         except ValueError:
             return self._validator.label(cell, self._name, where)
         if number == NO_CLASS:
@@ -281,7 +282,7 @@ class _File:
             if is_name and cell in self._classes:
                 return self._validator.label(cell, self._name, where)
             if not 0 <= number < len(self._classes):
-                raise refuse(self._name, where, f"class {number} must be 0 to {len(self._classes) - 1} of classes.")
+                raise rule_error(self._name, where, f"class {number} must be 0 to {len(self._classes) - 1} of classes.")
             return self._validator.label(self._classes[number], self._name, where)
         if is_name:
             return self._validator.label(cell, self._name, where)
@@ -292,20 +293,20 @@ class _File:
     def _flag(self, box: JsonMapping, name: str, where: str, default: bool) -> bool:
         value = box.get(name, default)
         if value not in (True, False):
-            raise refuse(self._name, where, f"{name} must be true or false. Got {str(value)[:40]!r}.")
+            raise rule_error(self._name, where, f"{name} must be true or false. Got {str(value)[:40]!r}.")
         return bool(value)
 
     def _number(self, value: object, name: str, where: str) -> float:
         try:
             if isinstance(value, str):
-                return real_number(value)
+                return parse_real(value)
             if is_number(value):
                 return float(value)
         except ValueError:
             pass
         except OverflowError:
-            raise refuse(self._name, where, f"{name} is too large. Correct it.") from None
-        raise refuse(self._name, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
+            raise rule_error(self._name, where, f"{name} is too large. Correct it.") from None
+        raise rule_error(self._name, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
 
 
 def _video_of(value: object) -> str:

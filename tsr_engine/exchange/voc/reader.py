@@ -20,12 +20,12 @@ from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.nearby_manifest import manifest_value
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_sequences import ListedPicture, read_picture_list
-from tsr_engine.exchange.reading import refuse
+from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rotated_boxes import Edges
 from tsr_engine.exchange.small_file_store import SmallFileStore, list_all_files, read_content
 from tsr_engine.exchange.voc.small_xml import MAX_SMALL_BYTES, XmlNode, small_elements
 from tsr_engine.exchange.xml import elements
-from tsr_engine.io.plain_numbers import real_number
+from tsr_engine.io.plain_numbers import parse_real
 
 __all__ = ["annotation_folder", "read_voc"]
 
@@ -82,7 +82,7 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
     validator = ImportValidator(target)
     folder, files = _files(path, target.store)
     if not files and not (path / "ImageSets").is_dir():
-        raise refuse(path.name, None, "has no Annotations/*.xml. Export as Pascal VOC again.")
+        raise rule_error(path.name, None, "has no Annotations/*.xml. Export as Pascal VOC again.")
     shared: _SharedTexts = {}
     pictures = [_read_file(f"{folder}/{file}", validator.target.store, shared) for file in files]
     listed = [
@@ -185,7 +185,7 @@ def _offset(path: Path, found: list[_Picture], validator: ImportValidator) -> in
         option = manifest_value(path if path.is_dir() else path.parent, "coordinates") or option
     if option == "devkit":
         if below_one is not None:
-            raise refuse(
+            raise rule_error(
                 below_one[0].file,
                 below_one[1].line,
                 "a corner below 1 cannot count from 1 as in the VOC devkit. Import with coordinates=cvat.",
@@ -207,12 +207,12 @@ def _offset(path: Path, found: list[_Picture], validator: ImportValidator) -> in
 
 def _real(node: XmlNode, name: str, file: str) -> float:
     try:
-        return real_number(node.value(name))
+        return parse_real(node.value(name))
     except ValueError:
         child = node.child(name)
         line = node.line if child is None else child.line
         got = "nothing" if child is None else repr(child.text[:40])
-        raise refuse(file, line, f"<{name}> of <{node.tag}> must be a number. Got {got}.") from None
+        raise rule_error(file, line, f"<{name}> of <{node.tag}> must be a number. Got {got}.") from None
 
 
 def _corners(found: _Object) -> Edges:
@@ -224,7 +224,7 @@ def _corners(found: _Object) -> Edges:
 def _corners_of(node: XmlNode, file: str) -> Edges | ImportFormatError:
     box = node.child("bndbox")
     if box is None:
-        return refuse(file, node.line, "<object> must have <bndbox>. Correct it.")
+        return rule_error(file, node.line, "<object> must have <bndbox>. Correct it.")
     try:
         x1, y1, x2, y2 = (_real(box, name, file) for name in _CORNERS)
     except ImportFormatError as error:
@@ -237,9 +237,9 @@ def _object(node: XmlNode, file: str, shared: _SharedTexts) -> _Object:
     box_attributes = {} if attributes_node is None else attributes_node.table("attribute", "name", "value")
     number = box_attributes.get("score", node.value("score")).strip()
     try:
-        score = real_number(number) if number else math.nan
+        score = parse_real(number) if number else math.nan
     except ValueError:
-        raise refuse(file, node.line, f"score must be a number. Got {number[:40]!r}.") from None
+        raise rule_error(file, node.line, f"score must be a number. Got {number[:40]!r}.") from None
     track = box_attributes.get("track_id", "").strip()
     uid = box_attributes.get("uid", "") or (f"track{track}" if track else "")
     own_values = tool_values(box_attributes)

@@ -52,7 +52,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
             track_attributes, picture_head = _heads(part), _top(part.video)
             rows = part.rows.as_lists()
             attributes_at = part.rows.attributes_at
-            for frame, row_range in part.listed(subset):
+            for frame, row_range in part.frames_and_rows(subset):
                 stem = part.stem(frame)
                 stems.append(stem)
                 content = _picture(

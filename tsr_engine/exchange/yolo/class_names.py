@@ -10,7 +10,7 @@ from typing import Final
 import yaml
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.reading import read_text, refuse
+from tsr_engine.exchange.reading import read_text, rule_error
 
 __all__ = ["MAX_YAML_BYTES", "quoted_name", "read_class_names"]
 
@@ -44,14 +44,14 @@ def read_class_names(path: Path) -> dict[int, str] | None:
         root = yaml.compose(text, Loader=_LOADER)
     except yaml.MarkedYAMLError as error:
         line = None if error.problem_mark is None else error.problem_mark.line + 1
-        raise refuse(
+        raise rule_error(
             file, line, f"is not YAML: {error.problem}. Quote names that hold marks like ':', or export it again."
         ) from None
     except yaml.YAMLError as error:
         reason = str(error).splitlines()[0]
-        raise refuse(file, None, f"is not YAML: {reason}. Export it again.") from None
+        raise rule_error(file, None, f"is not YAML: {reason}. Export it again.") from None
     except RecursionError:
-        raise refuse(file, None, "is nested too deeply. Export it again.") from None
+        raise rule_error(file, None, "is nested too deeply. Export it again.") from None
     if root is None:
         return None
     if not isinstance(root, yaml.MappingNode):
@@ -111,4 +111,4 @@ def _describe(node: yaml.Node) -> str:
 
 
 def _error(file: str, node: yaml.Node, rule: str) -> ImportFormatError:
-    return refuse(file, node.start_mark.line + 1, rule)
+    return rule_error(file, node.start_mark.line + 1, rule)

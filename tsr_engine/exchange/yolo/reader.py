@@ -23,14 +23,14 @@ from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.nearby_manifest import visible_entries
 from tsr_engine.exchange.picture_sequences import ListedPicture, read_picture_list
-from tsr_engine.exchange.reading import MAX_JSON_BYTES, decode_text, read_text, refuse
+from tsr_engine.exchange.reading import MAX_JSON_BYTES, decode_text, read_text, rule_error
 from tsr_engine.exchange.sidecar import SidecarRow, read_sidecar
 from tsr_engine.exchange.small_file_store import SmallFileStore, list_all_files, read_content
 from tsr_engine.exchange.truncated_files import report_truncated
 from tsr_engine.exchange.yolo.class_names import read_class_names
 from tsr_engine.exchange.yolo.row_shapes import YoloLine, YoloRow, rows_to_boxes
-from tsr_engine.io.plain_numbers import real_number
 from tsr_engine.plural import plural
+from tsr_engine.io.plain_numbers import parse_real
 
 __all__ = ["SIDECAR", "SIDECAR_COLUMNS", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]
 
@@ -66,7 +66,7 @@ def is_label_file(path: Path) -> bool:
         rows = [row for row in stream.readlines(1 << 12) if row.strip()]
     for row in rows:
         try:
-            number, *values = (real_number(cell) for cell in row.decode("latin-1").split())
+            number, *values = (parse_real(cell) for cell in row.decode("latin-1").split())
         except ValueError:
             return False
         if (
@@ -89,11 +89,11 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
         ImportFormatError: a row breaks a rule.
     """
     if path.is_file():
-        raise refuse(path.name, None, "is one file; YOLO is a folder with data.yaml and labels. Pack the folder.")
+        raise rule_error(path.name, None, "is one file; YOLO is a folder with data.yaml and labels. Pack the folder.")
     validator = ImportValidator(target)
     files = label_files(path, target.store)
     if not files and not (path / SIDECAR).is_file():
-        raise refuse(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
+        raise rule_error(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
     names, names_file = _class_names(path)
     if names is not None and _are_benchmark_numbers(names):
         names = dict(enumerate(benchmark_keys()))
@@ -173,9 +173,9 @@ def _lines(
             continue
         number = values[0]
         if number != int(number) or number < 0:
-            raise refuse(file, line, f"the class must be a whole number from 0 on. Got {cells[0][:40]}.")
+            raise rule_error(file, line, f"the class must be a whole number from 0 on. Got {cells[0][:40]}.")
         if names is not None and int(number) not in names:
-            raise refuse(
+            raise rule_error(
                 file, line, f"class {int(number)} is none of the {len(names)} classes in {names_file}. Add it."
             )
         name = str(int(number)) if names is None else names[int(number)]
@@ -187,13 +187,15 @@ def _values(cells: list[str], file: str, line: int) -> tuple[float, ...]:
     """The numbers of a row: the class, at least four of the box, and others."""
     row = " ".join(cells)[:60]
     try:
-        values = tuple(real_number(cell) for cell in cells)
+        values = tuple(parse_real(cell) for cell in cells)
     except ValueError:
-        raise refuse(file, line, f"must be numbers. Got {row!r}. Correct it.") from None
+        raise rule_error(file, line, f"must be numbers. Got {row!r}. Correct it.") from None
     if not all(math.isfinite(value) for value in values):
-        raise refuse(file, line, f"must be finite numbers. Got {row!r}. Correct it.")
+        raise rule_error(file, line, f"must be finite numbers. Got {row!r}. Correct it.")
     if len(values) < 5:
-        raise refuse(file, line, f"must have 5 columns: class, centre x, centre y, width, height. Got {len(values)}.")
+        raise rule_error(
+            file, line, f"must have 5 columns: class, centre x, centre y, width, height. Got {len(values)}."
+        )
     return values
 
 
@@ -214,7 +216,7 @@ def _add_with_columns(rows: list[YoloRow], validator: ImportValidator, loose: Un
             loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line, score=score)
             continue
         if track != int(track) or not 0 <= track < 1e15:
-            raise refuse(row.file, row.line, f"the track id must be a whole number from 0 on. Got {track:g}.")
+            raise rule_error(row.file, row.line, f"the track id must be a whole number from 0 on. Got {track:g}.")
         validator.box(f"track{int(track)}", row.frame, row.edges, row.label, file=row.file, line=row.line, score=score)
     if sixth:
         first = sixth[0]
@@ -236,7 +238,7 @@ def _meaning_of_sixth_column(rows: list[YoloRow]) -> tuple[str, str]:
         (row for row in rows if row.extra_values[0] < 0 or (row.extra_values[0] > 1 and not all_whole)), None
     )
     if invalid is not None:
-        raise refuse(
+        raise rule_error(
             invalid.file,
             invalid.line,
             f"the sixth column must be track ids (whole numbers from 0 on) or confidences (0 to 1) in all files. Got "

@@ -13,8 +13,8 @@ from itertools import repeat
 from math import inf
 
 from tsr_engine.exchange.import_validator import ImportValidator
-from tsr_engine.exchange.reading import refuse
 from tsr_engine.plural import plural
+from tsr_engine.exchange.reading import rule_error
 
 __all__ = ["YoloLine", "YoloRow", "rows_to_boxes"]
 
@@ -102,7 +102,7 @@ def _meaning_of_six(six: Sequence[YoloLine], others_are_longer: bool) -> tuple[b
     with_fraction = next((line for line in six if line.values[5] != int(line.values[5])), None)
     with_id = next((line for line in six if line.values[5] == int(line.values[5]) and line.values[5] > 1), None)
     if with_fraction is not None and with_id is not None:
-        raise refuse(
+        raise rule_error(
             with_id.file,
             with_id.line,
             "six numbers behind the class must be three corners (parts of the picture) or a box, its confidence and a "
@@ -126,7 +126,7 @@ def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow
     values = line.values
     polygon = len(values) > _AMBIGUOUS_COUNT or (len(values) == _AMBIGUOUS_COUNT and triangles)
     if polygon and len(values) % 2:
-        raise refuse(
+        raise rule_error(
             line.file,
             line.line,
             f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers.",
@@ -134,7 +134,7 @@ def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow
     for value, minimum in zip(values, repeat(_MIN_COORDINATE) if polygon else _MIN_BOX_VALUES, strict=False):
         if not minimum <= value <= _MAX_COORDINATE:
             hint = "They look like pixels; divide by width and height." if value > 2 else "Correct it."
-            raise refuse(
+            raise rule_error(
                 line.file,
                 line.line,
                 f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}",

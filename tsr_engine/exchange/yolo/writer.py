@@ -39,7 +39,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
                 lines = _lines(part, labels)
                 track_cells = SidecarCells(part.rows)
                 ignore = [False] * len(part.rows.table) if with_ignored else part.rows.table.ignore.tolist()
-                for frame, row_range in part.listed(subset if options.split else "default"):
+                for frame, row_range in part.frames_and_rows(subset if options.split else "default"):
                     chosen = [k for k in range(row_range.start, row_range.stop) if not ignore[k]]
                     left_out += row_range.stop - row_range.start - len(chosen)
                     name = f"labels/{subset}/{part.stem(frame)}.txt"
