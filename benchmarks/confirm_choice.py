@@ -13,12 +13,12 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.choice import choice_parser, report
+from benchmarks.choice_cli import choice_parser, print_report
 from benchmarks.experiments.clips import CHOSEN_ON, read_clips
 from benchmarks.experiments.frame_rates import HEADINGS, STEPS
 from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.peers.ours import filter_alone
-from benchmarks.peers.seen import Annotated, Seen, every, look
+from benchmarks.peers.engine_tracker import filter_alone
+from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos, every_nth_frame_of
 from benchmarks.tracking_stress import configurations
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.params import Params
@@ -40,12 +40,12 @@ def videos_of(clips: Path, looming: Path, judged: Path) -> list[Annotated]:
     ]
 
 
-def rows(videos: Sequence[Seen], chosen: Mapping[str, Params]) -> list[str]:
+def rows(videos: Sequence[DetectedVideo], chosen: Mapping[str, Params]) -> list[str]:
     """One line for each rate, group of videos and configuration."""
     width = max(map(len, chosen), default=0)
     lines = []
     for step in STEPS:
-        left = [every(seen, step) for seen in videos]
+        left = [every_nth_frame_of(seen, step) for seen in videos]
         for group in (CLIPS, APPROACHES):
             for name, params in chosen.items():
                 s = summarise(
@@ -72,10 +72,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     def compute(scratch: Path) -> str:
         chosen = {k: v for k, v in configurations(args.setting).items() if k not in ("KF alone", "paper")}
-        seen = list(look(videos_of(args.clips, args.looming, args.judged), scratch))
+        seen = list(detect_videos(videos_of(args.clips, args.looming, args.judged), scratch))
         return "".join(f"{line}\n" for line in rows(seen, chosen))
 
-    return report("confirm_choice", args.scratch, compute)
+    return print_report("confirm_choice", args.scratch, compute)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import cv2
 
-from benchmarks.timing.in_turn import Contender, scenes_in_turn
+from benchmarks.timing.alternating import Contender, scenes_in_turn
 from tsr_engine.channels.pyramid import Level, build_pyramid
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.detection.acf import AcfDetector

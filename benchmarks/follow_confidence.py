@@ -18,7 +18,7 @@ from sklearn.linear_model import LogisticRegression
 from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.follow import TUNED_ON
 from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
+from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
 from tsr_engine.follow import FollowerModels
 from tsr_engine.follow.camera_motion import CameraMotionEstimator
 from tsr_engine.follow.confidence import WEIGHTS, Evidence
@@ -59,7 +59,7 @@ def evidence_of(path: Path, truth: TrackTable, parts: FollowerModels) -> Iterato
         pictures = [frame.picture for frame in video.frames()]
     height, width = pictures[0].shape[:2]
     for sign in signs_of(truth, width, height):
-        for shown, rest in ((pictures, sign), painted(pictures, sign)):
+        for shown, rest in ((pictures, sign), paint_over(pictures, sign)):
             if rest.clear:
                 for position in POSITIONS:
                     for step in (1, -1):

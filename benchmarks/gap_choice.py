@@ -16,11 +16,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
-from benchmarks.choice import choice_parser, report
+from benchmarks.choice_cli import choice_parser, print_report
 from benchmarks.experiments.clips import CHOSEN_ON, read_clips
 from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.peers.gap import LENGTHS, Outcome, find_gaps, our_outcomes, summary
-from benchmarks.peers.seen import Annotated, Seen, look, pictures
+from benchmarks.peers.detection_gaps import LENGTHS, Outcome, find_gaps, our_outcomes, summary
+from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos, pictures
 from benchmarks.tracking_stress import configurations
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
@@ -30,7 +30,7 @@ EVERY_ON_CLIPS, EVERY_ON_APPROACHES = 6, 10
 
 
 def outcomes_of(
-    videos: Iterable[Seen], chosen: Mapping[str, tuple[Params, Components]], every: int
+    videos: Iterable[DetectedVideo], chosen: Mapping[str, tuple[Params, Components]], every: int
 ) -> dict[str, list[Outcome]]:
     """The outcome of each configuration at the end of each gap.
 
@@ -101,9 +101,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         named = configurations(args.setting)
         chosen = {name: (params, load_components(params)) for name, params in named.items() if name != "paper"}
         videos, every = videos_of(args)
-        return f"{rows(outcomes_of(look(videos, scratch), chosen, every))}\n"
+        return f"{rows(outcomes_of(detect_videos(videos, scratch), chosen, every))}\n"
 
-    return report("gap_choice", args.scratch, compute)
+    return print_report("gap_choice", args.scratch, compute)
 
 
 if __name__ == "__main__":

@@ -13,10 +13,10 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.choice import choice_parser, report
+from benchmarks.choice_cli import choice_parser, print_report
 from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.experiments.tracked import report_of, track_together
-from benchmarks.peers.seen import Annotated, Seen, look
+from benchmarks.experiments.tracked_clips import report_of, track_together
+from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos
 from benchmarks.tracking_stress import configurations
 from tsr_engine.evaluation.tracking import VideoReport, changed_errors, summarise
 from tsr_engine.params import Params
@@ -44,7 +44,7 @@ def videos_of(folders: Iterable[Path], judged: Path) -> list[Annotated]:
     ]
 
 
-def reports_of(videos: Iterable[Seen], chosen: Mapping[str, Params]) -> Reports:
+def reports_of(videos: Iterable[DetectedVideo], chosen: Mapping[str, Params]) -> Reports:
     """Reports of every configuration on every video, by stress and in total."""
     parts = {name: load_components(params) for name, params in chosen.items()}
     found: Reports = {}
@@ -81,10 +81,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     def compute(scratch: Path) -> str:
         chosen = {name: params for name, params in configurations(args.setting).items() if name != "paper"}
-        seen = look(videos_of(args.looming, args.judged), scratch)
+        seen = detect_videos(videos_of(args.looming, args.judged), scratch)
         return "".join(f"{line}\n" for line in rows(reports_of(seen, chosen)))
 
-    return report("online_choice", args.scratch, compute)
+    return print_report("online_choice", args.scratch, compute)
 
 
 if __name__ == "__main__":

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from sample_videos.bodies import Body, Mesh
 from sample_videos.ground import RoadStyle
-from sample_videos.path import Path
-from sample_videos.posts import Sign
+from sample_videos.meshes import Body, Mesh
+from sample_videos.road_path import RoadPath
 from sample_videos.scenarios import Scenario
-from sample_videos.things import Thing
+from sample_videos.scene_objects import SceneObject
+from sample_videos.sign_posts import Sign
 from sample_videos.weather import Weather
 from tsr_engine.json_shapes import JsonObject
 
@@ -22,7 +22,7 @@ LANE = 1.75
 
 
 @dataclass
-class Mover:
+class MovingVehicle:
     """A moving vehicle.
 
     Attributes:
@@ -37,7 +37,7 @@ class Mover:
     d: float
     speed: float
 
-    def body(self, path: Path, t: float) -> Body | None:
+    def body(self, path: RoadPath, t: float) -> Body | None:
         """The body at a time; None: off the road's known length."""
         s = self.s0 + self.speed * t
         if not -path.BEHIND < s < path.length:
@@ -68,10 +68,10 @@ class Drive:
     scenario: Scenario
     weather: Weather
     style: RoadStyle
-    path: Path
-    things: list[tuple[Thing, float]] = field(default_factory=list)
+    path: RoadPath
+    things: list[tuple[SceneObject, float]] = field(default_factory=list)
     signs: list[Sign] = field(default_factory=list)
-    movers: list[Mover] = field(default_factory=list)
+    movers: list[MovingVehicle] = field(default_factory=list)
     bridge: tuple[float, float] | None = None
     bumps: list[tuple[float, float]] = field(default_factory=list)
     distractors: list[JsonObject] = field(default_factory=list)

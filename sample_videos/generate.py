@@ -12,10 +12,10 @@ import numpy as np
 
 from sample_videos.drive import Drive
 from sample_videos.encode import Encoder
+from sample_videos.ground_truth import MIN_FACE_PX, MIN_VISIBILITY, Row, write_csv, write_json
 from sample_videos.render import FIELD_OF_VIEW, HEIGHT, Renderer
 from sample_videos.scenarios import SCENARIOS, Scenario
 from sample_videos.scenery import build
-from sample_videos.truth import LEAST_IN_SIGHT, SMALLEST, Row, write_csv, write_json
 from tsr_engine.json_shapes import JsonObject
 
 Progress = Callable[[int, int], None]
@@ -70,7 +70,7 @@ def _events(drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float
             for r in rows
             if r.track_id == sign.track_id
             and r.visibility < 0.9
-            and min(r.x2 - r.x1, r.y2 - r.y1) >= SMALLEST
+            and min(r.x2 - r.x1, r.y2 - r.y1) >= MIN_FACE_PX
             and r.x1 > 0
             and r.y1 > 0
             and r.x2 < width
@@ -114,7 +114,7 @@ def _facts(
         "distractors": drive.distractors,
         "truth": {
             "box": "tight box of the whole face, pixel edges, cut to the picture, at the middle of the exposure",
-            "ignore": f"1 below {SMALLEST:g} px or with less than {LEAST_IN_SIGHT:g} of the face in sight",
+            "ignore": f"1 below {MIN_FACE_PX:g} px or with less than {MIN_VISIBILITY:g} of the face in sight",
         },
     }
 

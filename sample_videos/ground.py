@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sample_videos.camera import Camera
 from sample_videos.colour import Linear, lin
 from sample_videos.noise import fractal, sample
-from sample_videos.path import Path
+from sample_videos.road_path import RoadPath
 from sample_videos.weather import Weather
 
 Plane = NDArray[np.floating]
@@ -66,7 +66,7 @@ class Ground:
         weather: Light and air.
     """
 
-    def __init__(self, rng: np.random.Generator, path: Path, style: RoadStyle, weather: Weather) -> None:
+    def __init__(self, rng: np.random.Generator, path: RoadPath, style: RoadStyle, weather: Weather) -> None:
         self._path, self._style, self._weather = path, style, weather
         self._fine = fractal(rng, 512, 0.15, 6)
         self._middle = fractal(rng, 512, 0.9, 2)

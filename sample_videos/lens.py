@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sample_videos.camera import Camera
-from sample_videos.film import streak
+from sample_videos.linear_canvas import motion_blur_kernel
 from sample_videos.noise import fractal
 from sample_videos.weather import Weather
 
@@ -100,7 +100,7 @@ class Lens:
         """
         w = self._weather
         height, width = image.shape[:2]
-        kernel = streak(rotation[0] * w.shutter, rotation[1] * w.shutter)
+        kernel = motion_blur_kernel(rotation[0] * w.shutter, rotation[1] * w.shutter)
         if kernel is not None:
             image = cv2.filter2D(image, -1, kernel, borderType=cv2.BORDER_REPLICATE)
         small = cv2.resize(image, (width // 8, height // 8), interpolation=cv2.INTER_AREA)

@@ -44,17 +44,17 @@ def sample(tile: NDArray[np.float32], u: Plane, v: Plane, metres: float) -> NDAr
     """
     n = tile.shape[0]
     scale = np.float32(n / metres)
-    looked = cv2.remap(
+    sampled = cv2.remap(
         tile,
         np.mod(u * scale, np.float32(n)),
         np.mod(v * scale, np.float32(n)),
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_WRAP,
     )
-    return np.asarray(looked, np.float32)
+    return np.asarray(sampled, np.float32)
 
 
-def mips(picture: NDArray[np.float32]) -> list[NDArray[np.float32]]:
+def mipmaps(picture: NDArray[np.float32]) -> list[NDArray[np.float32]]:
     """A picture and its successive halvings by area, down to 4 pixels."""
     levels = [picture]
     while min(levels[-1].shape[:2]) > 4:

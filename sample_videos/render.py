@@ -8,15 +8,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sample_videos.bodies import Body
 from sample_videos.camera import Camera, Shake, look
 from sample_videos.drive import LANE, Drive
-from sample_videos.film import Film
 from sample_videos.ground import Ground
+from sample_videos.ground_truth import Row, make_row
 from sample_videos.lens import Lens
+from sample_videos.linear_canvas import LinearCanvas
+from sample_videos.meshes import Body
+from sample_videos.scene_objects import SceneObject, View, darken
 from sample_videos.sky import Sky
-from sample_videos.things import Thing, View, darken
-from sample_videos.truth import Row, row
 
 Array = NDArray[np.float64]
 HEIGHT = 1.3
@@ -127,7 +127,7 @@ class Renderer:
         camera = self.camera(t)
         steady, later = self.camera(t, shaken=False), self.camera(t + 1e-3, shaken=False)
         moved = Camera(width, height, self.focal, camera.position + later.position - steady.position, camera.axes)
-        film = Film(width, height)
+        film = LinearCanvas(width, height)
         view = View(camera, moved, d.weather, film, self._sky.haze(camera), self.light_at)
         near = self._near(view, t)
         mask = np.full((height, width), 255, np.uint8)
@@ -163,7 +163,7 @@ class Renderer:
             if polygon is None:
                 continue
             (x1, y1), (x2, y2) = polygon.min(0), polygon.max(0)
-            made = row(
+            made = make_row(
                 number,
                 sign.track_id,
                 (float(x1), float(y1), float(x2), float(y2)),
@@ -175,7 +175,7 @@ class Renderer:
                 rows.append(made)
         return Moment(picture, rows, glare)
 
-    def _near(self, view: View, t: float) -> list[Thing]:
+    def _near(self, view: View, t: float) -> list[SceneObject]:
         """Things that may be visible or cast a shadow into view, from far to near."""
         local = view.camera.to_camera(self._places)
         distance = np.hypot(local[:, 0], local[:, 2])
@@ -184,7 +184,7 @@ class Renderer:
             & (distance < self._reaches)
             & (np.abs(local[:, 0]) < np.maximum(local[:, 2], 0) * 0.75 + 45)
         )
-        chosen: list[tuple[float, Thing]] = [
+        chosen: list[tuple[float, SceneObject]] = [
             (float(distance[k]), self.drive.things[k][0]) for k in np.flatnonzero(keep)
         ]
         for mover in self.drive.movers:
@@ -195,7 +195,7 @@ class Renderer:
                     chosen.append((float(np.linalg.norm(body.origin - view.camera.position)), body))
         return [thing for _, thing in sorted(chosen, key=lambda item: -item[0])]
 
-    def _contact(self, film: Film, near: list[Thing], view: View) -> None:
+    def _contact(self, film: LinearCanvas, near: list[SceneObject], view: View) -> None:
         """Darken the ground below vehicles, where little light of the sky arrives."""
         mask = np.full(film.image.shape[:2], 255, np.uint8)
         used = False
@@ -212,7 +212,7 @@ class Renderer:
             mask = cv2.GaussianBlur(mask, (0, 0), max(film.image.shape[1] / 420, 0.5))
             film.image *= (mask.astype(np.float32) / 255)[..., None]
 
-    def _sun_seen(self, film: Film, camera: Camera) -> float:
+    def _sun_seen(self, film: LinearCanvas, camera: Camera) -> float:
         """Share of the sun's disc that is not covered; a constant while it is outside the picture."""
         w = self.drive.weather
         local = camera.axes @ w.to_sun

@@ -6,16 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sample_videos import boards, structures, vegetation, vehicles
-from sample_videos.bodies import Body, Mesh
-from sample_videos.drive import LANE, Drive, Mover
-from sample_videos.film import Patch
+from sample_videos import sign_lookalikes, structures, vegetation, vehicles
+from sample_videos.drive import LANE, Drive, MovingVehicle
 from sample_videos.ground import COUNTRY, TOWN
-from sample_videos.path import Path
-from sample_videos.plan import plan_poles
-from sample_videos.posts import put_up
+from sample_videos.linear_canvas import Patch
+from sample_videos.meshes import Body, Mesh
+from sample_videos.pole_plan import plan_poles
+from sample_videos.road_path import RoadPath
 from sample_videos.scenarios import Scenario
-from sample_videos.things import UP, Billboard, Plate, Thing
+from sample_videos.scene_objects import UP, Billboard, Plate, SceneObject
+from sample_videos.sign_posts import build_sign_post
 from sample_videos.weather import WEATHERS
 
 
@@ -36,7 +36,7 @@ class _Builder:
         self.groves = [vegetation.grove(rng, self.trees + self.conifers) for _ in range(3)]
         self.tufts = [vegetation.tuft(rng, w) for _ in range(4)]
 
-    def add(self, thing: Thing, reach: float) -> None:
+    def add(self, thing: SceneObject, reach: float) -> None:
         self.drive.things.append((thing, reach))
 
     def _pick(self, pictures: list[list[Patch]]) -> list[Patch]:
@@ -105,7 +105,7 @@ class _Builder:
         """Add the signs on their poles."""
         d, rng = self.drive, self.rng
         for pole in plan_poles(d.scenario, d.bridge, self.last, rng):
-            signs, mast = put_up(rng, d.path, pole.s, pole.d, list(pole.classes), len(d.signs) + 1, 0.0)
+            signs, mast = build_sign_post(rng, d.path, pole.s, pole.d, list(pole.classes), len(d.signs) + 1, 0.0)
             d.signs += signs
             for sign in signs:
                 self.add(sign, 200)
@@ -130,7 +130,9 @@ class _Builder:
         d = self.drive
         t = d.time_at(s - 34)
         d.movers.append(
-            Mover(Mesh(vehicles.lorry(self.rng, lit=d.weather.lamps)), s - 34 + 17 + 17.0 * t, -LANE - 0.1, -17.0)
+            MovingVehicle(
+                Mesh(vehicles.lorry(self.rng, lit=d.weather.lamps)), s - 34 + 17 + 17.0 * t, -LANE - 0.1, -17.0
+            )
         )
 
     def traffic(self) -> None:
@@ -138,7 +140,7 @@ class _Builder:
         d, rng, sc = self.drive, self.rng, self.drive.scenario
         lit = d.weather.lamps or d.weather.name == "low_sun"
         d.movers.append(
-            Mover(
+            MovingVehicle(
                 Mesh(vehicles.car(rng, lit=lit, paint=(150, 18, 24))), 46.0 if sc.town else 62.0, LANE, sc.speed * 1.015
             )
         )
@@ -150,7 +152,7 @@ class _Builder:
             kind = vehicles.car if rng.random() < 0.75 else vehicles.van
             start = meet - speed * t
             if all(abs(start + speed * t - m.s0 - m.speed * t) > 16 for m in d.movers if m.speed < 0):
-                d.movers.append(Mover(Mesh(kind(rng, lit=lit)), start, -LANE, speed))
+                d.movers.append(MovingVehicle(Mesh(kind(rng, lit=lit)), start, -LANE, speed))
             t += float(rng.uniform(1.6, 4.2))
 
     def country(self) -> None:
@@ -221,13 +223,15 @@ class _Builder:
                     structures.House(rng, path.point(q + 16 * k, side * rng.uniform(26, 44)), r, f, d.weather.lamps),
                     500,
                 )
-        self.plate("poster", boards.poster(rng), 118.0, -9.0, (3.4, 2.4), 1.2)
-        self.plate("direction", boards.direction(rng), 84.0, 6.6, (1.9, 0.9), 1.5)
-        self.plate("sign_back", boards.sign_back(9), 172.0, -5.0, (0.6, 0.6), 2.0)
-        self.plate("sign_back", boards.sign_back(20), 128.0, -5.1, (0.9, 0.9), 1.9)
-        self.plate("bend_marker", boards.chevrons(), 236.0, -5.6, (0.9, 0.9), 0.9)
+        self.plate("poster", sign_lookalikes.poster(rng), 118.0, -9.0, (3.4, 2.4), 1.2)
+        self.plate("direction", sign_lookalikes.direction(rng), 84.0, 6.6, (1.9, 0.9), 1.5)
+        self.plate("sign_back", sign_lookalikes.sign_back(9), 172.0, -5.0, (0.6, 0.6), 2.0)
+        self.plate("sign_back", sign_lookalikes.sign_back(20), 128.0, -5.1, (0.9, 0.9), 1.9)
+        self.plate("bend_marker", sign_lookalikes.chevrons(), 236.0, -5.6, (0.9, 0.9), 0.9)
         for q in np.arange(300, self.end, 130):
-            self.plate("poster", boards.poster(rng), float(q), float(rng.choice([-1, 1])) * 9.5, (3.2, 2.2), 1.2)
+            self.plate(
+                "poster", sign_lookalikes.poster(rng), float(q), float(rng.choice([-1, 1])) * 9.5, (3.2, 2.2), 1.2
+            )
 
     def town(self) -> None:
         """Add houses with gardens, hedges, trees, lamps, parked cars and sign-like boards along a street."""
@@ -284,16 +288,18 @@ class _Builder:
                         120,
                     )
                     d.distractors.append({"kind": "bin", "s": round(float(at), 1)})
-        self.plate("shop_disc", boards.shop_disc(rng), 52.0, 8.0, (1.1, 1.1), 2.9)
-        self.plate("parking", boards.parking(), 76.0, 6.0, (0.6, 0.6), 2.0)
-        self.plate("poster", boards.poster(rng), 104.0, -8.2, (3.0, 2.1), 1.3)
-        self.plate("mirror", boards.mirror(), 124.0, -6.2, (0.8, 0.8), 2.2)
-        self.plate("sign_back", boards.sign_back(2), 66.0, -4.3, (0.6, 0.6), 2.1)
-        self.plate("sign_back", boards.sign_back(28), 158.0, -4.4, (0.9, 0.9), 2.0)
-        self.plate("shop_disc", boards.shop_disc(rng), 148.0, -8.0, (1.2, 1.2), 3.0)
-        self.plate("place_name", boards.place_name(), 8.0, 5.4, (1.0, 0.65), 1.3)
+        self.plate("shop_disc", sign_lookalikes.shop_disc(rng), 52.0, 8.0, (1.1, 1.1), 2.9)
+        self.plate("parking", sign_lookalikes.parking(), 76.0, 6.0, (0.6, 0.6), 2.0)
+        self.plate("poster", sign_lookalikes.poster(rng), 104.0, -8.2, (3.0, 2.1), 1.3)
+        self.plate("mirror", sign_lookalikes.mirror(), 124.0, -6.2, (0.8, 0.8), 2.2)
+        self.plate("sign_back", sign_lookalikes.sign_back(2), 66.0, -4.3, (0.6, 0.6), 2.1)
+        self.plate("sign_back", sign_lookalikes.sign_back(28), 158.0, -4.4, (0.9, 0.9), 2.0)
+        self.plate("shop_disc", sign_lookalikes.shop_disc(rng), 148.0, -8.0, (1.2, 1.2), 3.0)
+        self.plate("place_name", sign_lookalikes.place_name(), 8.0, 5.4, (1.0, 0.65), 1.3)
         for q in np.arange(210, self.end, 70):
-            picture: Callable[[], list[Patch]] = boards.parking if rng.random() < 0.5 else boards.mirror
+            picture: Callable[[], list[Patch]] = (
+                sign_lookalikes.parking if rng.random() < 0.5 else sign_lookalikes.mirror
+            )
             self.plate(picture.__name__, picture(), float(q), -6.2, (0.7, 0.7), 2.1)
 
     def grass(self) -> None:
@@ -329,7 +335,7 @@ def build(scenario: Scenario, seconds: float, rng: np.random.Generator) -> Drive
         The drive.
     """
     last = scenario.speed * (seconds + 0.5)
-    path = Path.winding(last + 900, scenario.turn, rng)
+    path = RoadPath.winding(last + 900, scenario.turn, rng)
     drive = Drive(scenario, WEATHERS[scenario.weather], TOWN if scenario.town else COUNTRY, path)
     drive.bumps = [b for b in scenario.bumps if b[0] < seconds]
     for t in np.arange(15.0, seconds, 6.0):

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sample_videos.bodies import Body, Face, Mesh, box, outward, prism
 from sample_videos.colour import Linear, lin, linear_picture
-from sample_videos.film import Patch
-from sample_videos.noise import fractal, mips
-from sample_videos.things import UP, Plate, Thing, View, cast, darken, hull
+from sample_videos.linear_canvas import Patch
+from sample_videos.meshes import Body, Face, Mesh, box, outward, prism
+from sample_videos.noise import fractal, mipmaps
+from sample_videos.scene_objects import UP, Plate, SceneObject, View, cast, darken, hull
 
 Array = NDArray[np.float64]
 
@@ -104,7 +104,7 @@ def _wall(
         cv2.fillPoly(alpha, [np.array([[0, g], [w, g], [w // 2, 0]])], 255)
     picture = linear_picture(np.dstack([np.clip(image, 0, 255).astype(np.uint8), alpha]))
     picture[..., :3] *= 1 + 6 * glow[..., None]
-    return mips(picture)
+    return mipmaps(picture)
 
 
 def _roof(rng: np.random.Generator, width: float, slope: float) -> list[Patch]:
@@ -115,7 +115,7 @@ def _roof(rng: np.random.Generator, width: float, slope: float) -> list[Patch]:
         image[y : y + 3] *= 0.72
     for x in range(0, w, 7):
         image[:, x] *= 0.86
-    return mips(linear_picture(np.dstack([np.clip(image, 0, 255).astype(np.uint8), np.full((h, w), 255, np.uint8)])))
+    return mipmaps(linear_picture(np.dstack([np.clip(image, 0, 255).astype(np.uint8), np.full((h, w), 255, np.uint8)])))
 
 
 class House:
@@ -264,9 +264,9 @@ def bale(origin: Array, right: Array, forward: Array) -> Body:
 
 def bridge(
     rng: np.random.Generator, origin: Array, right: Array, forward: Array, depth: float, clear: float, half: float
-) -> list[Thing]:
+) -> list[SceneObject]:
     """A concrete bridge: a deck `depth` metres along the road, `clear` metres high, walls `half` metres off."""
-    things: list[Thing] = []
+    things: list[SceneObject] = []
     tall = 1.5
 
     def shade() -> Linear:
@@ -292,7 +292,7 @@ def bridge(
         deck += box(x, x + 0.05, clear + tall, clear + tall + 1.0, 0.1, 0.15, lin(120, 130, 134))
     deck += box(-42, 42, clear + tall + 0.95, clear + tall + 1.02, 0.08, 0.16, lin(120, 130, 134))
     things.append(Body(Mesh(deck), origin, right, forward, large=True, sorting=np.array([0.0, 3.0, depth * 0.6])))
-    grass = mips(
+    grass = mipmaps(
         linear_picture(
             np.dstack(
                 [

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sample_videos.colour import Linear, lin
-from sample_videos.film import Patch
-from sample_videos.noise import mips
+from sample_videos.linear_canvas import Patch
+from sample_videos.noise import mipmaps
 from sample_videos.weather import Weather
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ def _finish(bgra: NDArray[np.uint8]) -> list[Patch]:
     size = (bgra.shape[1] // 2, bgra.shape[0] // 2)
     picture = bgra.astype(np.float32) / 255
     picture[..., :3] = picture[..., :3] ** 2 * _SCALE * picture[..., 3:]
-    return mips(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
+    return mipmaps(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
 
 
 def _sun_in_picture(weather: Weather) -> Array:
@@ -197,7 +197,7 @@ def grove(rng: np.random.Generator, trees: list[list[Patch]], height: int = 224)
         region = out[height - piece.shape[0] :, x0 : x0 + piece.shape[1]]
         region *= 1 - piece[..., 3:]
         region += piece * np.array([0.75, 0.75, 0.75, 1], np.float32)
-    return mips(out)
+    return mipmaps(out)
 
 
 def hedge(rng: np.random.Generator, weather: Weather, size: int = 160) -> list[Patch]:

@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from sample_videos.bodies import Face, outward
 from sample_videos.colour import Linear, lin
+from sample_videos.meshes import Face, outward
 
 Array = NDArray[np.float64]
 GLASS, RUBBER, TRIM = lin(26, 32, 38), lin(20, 20, 21), lin(34, 34, 36)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sample_videos.bodies import Face, box
 from sample_videos.colour import lin
+from sample_videos.meshes import Face, box
 from sample_videos.vehicle_parts import GLASS, TRIM, lamps, loft, panel, wheels
 
 PAINTS: tuple[tuple[int, int, int], ...] = (

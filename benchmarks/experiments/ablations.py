@@ -12,7 +12,7 @@ from benchmarks.experiments.ablation_rows import DEPARTURES, IN_QUESTION, ON_CLI
 from benchmarks.experiments.against_paper import number
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, EACH_TUNED, LoomingClips, read_looming
-from benchmarks.experiments.tracked import Scored, score
+from benchmarks.experiments.tracked_clips import Scored, score
 from tsr_engine.evaluation.tracking import VideoReport, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 

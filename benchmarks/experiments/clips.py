@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments import paper_figures as paper
 from benchmarks.experiments.against_paper import number, share, shortfalls, sign_notes, tables
 from benchmarks.experiments.online_changes import online_changes
-from benchmarks.experiments.tracked import CONFIGURATIONS, score
+from benchmarks.experiments.tracked_clips import CONFIGURATIONS, score
+from benchmarks.plotting import saved_figure
 from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.evaluation.tracking import changed_errors, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
@@ -138,7 +138,7 @@ def _class(number: int | None) -> str:
 
 def _plot(result: Result, path: Path) -> None:
     groups = [group for group in ("held out", "chosen on") if group in result.figures["default"]]
-    with drawing(path, across=len(groups), size=(4.6, 3.2)) as axes:
+    with saved_figure(path, across=len(groups), size=(4.6, 3.2)) as axes:
         for ax, group in zip(np.atleast_1d(axes), groups, strict=True):
             for name, label in (("KF alone", "KF"), ("default", "KF and online detector")):
                 found = result.figures[name][group]

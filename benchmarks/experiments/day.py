@@ -11,9 +11,9 @@ import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.clips import read_clips
-from benchmarks.review.annotator import Annotator, Work
-from benchmarks.review.desk import READY, Desk, open_desk
-from benchmarks.review.planted import KINDS, ROUNDS, planted
+from benchmarks.review.browser_session import READY, BrowserSession, open_browser_session
+from benchmarks.review.faulty_runs import KINDS, ROUNDS, make_faulty_run
+from benchmarks.review.simulated_annotator import SimulatedAnnotator, Work
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.track_table import TrackTable
 
@@ -52,15 +52,15 @@ def _day(clips: Mapping[str, tuple[Path, TrackTable]], seed: int, code: Path | N
     left: list[dict[str, float]] = []
     with tempfile.TemporaryDirectory() as home:
         roots = (next(iter(clips.values()))[0].parent,)
-        with open_desk(Path(home), roots, sample=False, code=code) as desk:
+        with open_browser_session(Path(home), roots, sample=False, code=code) as session:
             for path, truth in clips.values():
-                video = desk.server.add_video(path)
+                video = session.server.add_video(path)
                 rows = path.parent / "gt" / f"{path.stem}.csv"
-                given = _brought(desk, video, rows.read_bytes(), "truth")
+                given = _brought(session, video, rows.read_bytes(), "truth")
                 for turn in range(ROUNDS):
-                    run, found = _one(desk, video, truth, turn, seed)
+                    run, found = _one(session, video, truth, turn, seed)
                     asked = f"/compare?reference=truth:{given}&candidate=annotation:{run}"
-                    figures = desk.server.call("GET", asked)["figures"]
+                    figures = session.server.call("GET", asked)["figures"]
                     done += found
                     left.append({name: figures[name]["value"] for name in LEFT})
     return {
@@ -71,24 +71,26 @@ def _day(clips: Mapping[str, tuple[Path, TrackTable]], seed: int, code: Path | N
     }
 
 
-def _one(desk: Desk, video: JsonMapping, truth: TrackTable, turn: int, seed: int) -> tuple[str, list[Work]]:
+def _one(
+    session: BrowserSession, video: JsonMapping, truth: TrackTable, turn: int, seed: int
+) -> tuple[str, list[Work]]:
     size = int(video["width"]), int(video["height"])
-    content, cases = planted(truth, size, int(video["frames"]), turn, seed)
-    run = _brought(desk, video, content, "run")
-    page = desk.page()
+    content, cases = make_faulty_run(truth, size, int(video["frames"]), turn, seed)
+    run = _brought(session, video, content, "run")
+    page = session.page()
     page.get_by_role("link", name=f"Review {video['name']}").click()  # the newest run, which is this one
     page.wait_for_function(f"run => {READY} && tsr.store.get().review.run.id === run", arg=run)
     page.wait_for_function(f"() => {_LABELS}?.length")
     names = {label["id"]: label["name"] for label in page.evaluate(f"() => {_LABELS}")}
-    found = Annotator(page, cases, names).work_off()
+    found = SimulatedAnnotator(page, cases, names).work_through()
     page.context.close()
     return run, found
 
 
-def _brought(desk: Desk, video: JsonMapping, content: bytes, kind: str) -> str:
+def _brought(session: BrowserSession, video: JsonMapping, content: bytes, kind: str) -> str:
     """Import a table into a video as a run or as ground truth; returns the id."""
     asked = f"/videos/{video['id']}/imports?as={kind}&name={kind}&format=tracks-csv"
-    return str(desk.server.call("POST", asked, content, "application/octet-stream")["id"])
+    return str(session.server.call("POST", asked, content, "application/octet-stream")["id"])
 
 
 def _by_kind(done: Sequence[Work]) -> JsonObject:

@@ -7,9 +7,9 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.held_out import ACF_IS, Found, held_out
+from benchmarks.experiments.held_out_scenes import ACF_IS, Found, held_out
+from benchmarks.plotting import draw_precision_recall
 from benchmarks.systems.curves import plain
 from benchmarks.timing.contenders import SIGNS
 from tsr_engine.detection.onnx import OnnxDetector

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.held_out import ACF_IS, Found, held_out
+from benchmarks.experiments.held_out_scenes import ACF_IS, Found, held_out
 from benchmarks.peers.cache import Cache, file_digest
+from benchmarks.plotting import draw_precision_recall
 from benchmarks.systems.curves import RATES, outdone, plain, recall_at
-from benchmarks.systems.remembered import systems_code
-from benchmarks.systems.trained import SYSTEMS, trained
+from benchmarks.systems.detection_records import systems_code
+from benchmarks.systems.trained_systems import SYSTEMS, trained
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture

@@ -12,15 +12,22 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.drawing import draw_precision_recall
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.clips import clip_groups, read_clips
-from benchmarks.experiments.held_out import ACF_IS
+from benchmarks.experiments.held_out_scenes import ACF_IS
 from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, read_looming
 from benchmarks.peers.cache import Cache, file_digest
+from benchmarks.plotting import draw_precision_recall
 from benchmarks.systems.curves import RATES, outdone, plain, recall_at
-from benchmarks.systems.remembered import plain_seen, read_seen, systems_code
-from benchmarks.systems.video import FrameGroundTruth, Seen, counted, followed, frame_ground_truths, watch
+from benchmarks.systems.detection_records import frame_from_record, frame_to_record, systems_code
+from benchmarks.systems.video_detections import (
+    FrameDetections,
+    FrameGroundTruth,
+    detect_video,
+    frame_ground_truths,
+    track_with_filter,
+    without_ignored,
+)
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections
@@ -50,7 +57,7 @@ class _Clip:
 
     video: Path
     ground_truths: list[FrameGroundTruth]
-    seen: dict[str, list[Seen]]
+    seen: dict[str, list[FrameDetections]]
     coast_foe_y: float | None
 
 
@@ -99,7 +106,7 @@ def watched_clip(video: Path, truth: TrackTable, times: list[float], kept: Cache
     key = ["watched", file_digest(video), params.model_dump(mode="json"), dict(components.models), systems_code()]
     record = kept.get(key, lambda: watch_video(video, components))
     times.extend(record["times"])
-    seen = {name: [read_seen(frame) for frame in frames] for name, frames in record["seen"].items()}
+    seen = {name: [frame_from_record(frame) for frame in frames] for name, frames in record["seen"].items()}
     ground_truths = frame_ground_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH)
     return _Clip(video, ground_truths, seen, with_focus(params, video)[0].tracking.coast_foe_y)
 
@@ -110,19 +117,21 @@ def watch_video(video: Path, components: Components) -> JsonObject:
     seen: dict[str, list[object]] = {"ACF": [], "ACF and prior": []}
     times: list[float] = []
     with one_opencv_thread(), one_blas_thread():
-        for frame in watch(video, components.detector, times):
+        for frame in detect_video(video, components.detector, times):
             for name, used in (("ACF", 0.0), ("ACF and prior", components.learned_lambda)):
                 d = frame.detections
                 scores = with_prior(d.raw_scores, d.prior, used)
                 best = suppress(d.boxes, scores, overlap)
                 final = Detections(d.boxes[best], d.raw_scores[best], d.prior[best], scores[best])
-                seen[name].append(plain_seen(Seen(frame.ordinal, frame.seconds, frame.size, frame.shift, final)))
+                seen[name].append(
+                    frame_to_record(FrameDetections(frame.ordinal, frame.seconds, frame.size, frame.shift, final))
+                )
     return {"seen": seen, "times": times}
 
 
 def _alone(clips: Sequence[_Clip], name: str) -> JsonObject:
     results = [
-        counted(seen.detections.boxes, seen.detections.scores, truth)
+        without_ignored(seen.detections.boxes, seen.detections.scores, truth)
         for clip in clips
         for seen, truth in zip(clip.seen[name], clip.ground_truths, strict=True)
     ]
@@ -137,11 +146,11 @@ def _filtered(clips: Sequence[_Clip], name: str, values: Mapping[str, float]) ->
     for clip in clips:
         tracking = params.with_settings([("coast_foe_y", clip.coast_foe_y)]).tracking
         began = time.thread_time()
-        rows = followed(clip.seen[name], tracking)
+        rows = track_with_filter(clip.seen[name], tracking)
         times.append((time.thread_time() - began) / max(1, len(clip.ground_truths)) * 1e3)
         for row, truth in zip(rows, clip.ground_truths, strict=True):
-            results.append(counted(row.boxes, row.scores, truth))
-            live.append(counted(row.boxes[row.known], row.scores[row.known], truth))
+            results.append(without_ignored(row.boxes, row.scores, truth))
+            live.append(without_ignored(row.boxes[row.known], row.scores[row.known], truth))
     found = plain(score_detections(results))
     return found | {"ap_live": score_detections(live).average_precision}, float(np.median(times))
 
@@ -167,7 +176,7 @@ def _engine(clips: Sequence[_Clip], kept: Cache) -> JsonObject:
         scores = np.array(run["scores"], float)
         for seen, truth in zip(clip.seen["ACF"], clip.ground_truths, strict=True):
             here = at == seen.ordinal
-            results.append(counted(boxes[here], scores[here], truth))
+            results.append(without_ignored(boxes[here], scores[here], truth))
     return plain(score_detections(results)) | {"ms": 1e3 * seconds / max(1, frames)}
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.looming_clips import EACH, read_looming
-from benchmarks.experiments.tracked import Videos
+from benchmarks.experiments.tracked_clips import Videos
 from benchmarks.peers.cache import Cache, file_digest
 from sample_videos import SHIPPED
 from tsr_engine.evaluation.track_tables import read_clip_truth, read_results

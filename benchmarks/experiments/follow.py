@@ -16,11 +16,11 @@ from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, lines_needed, mean_of
 from benchmarks.following.long_video import flat_memory
-from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
-from benchmarks.following.ways import PEERS, by_peer, by_us, legacy, straight
+from benchmarks.following.methods import PEERS, follow_with_engine, follow_with_peer, interpolate_linearly, legacy
+from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
 from benchmarks.peers.cache import Cache, code, digest_of, file_digest
-from benchmarks.peers.gap import Follower
-from benchmarks.peers.multi import Missing
+from benchmarks.peers.detection_gaps import Follower
+from benchmarks.peers.multi_object_trackers import Missing
 from tsr_engine.follow import FollowerModels
 from tsr_engine.follow_video import load_follower
 from tsr_engine.io.video import open_video
@@ -96,7 +96,7 @@ def _run(data: Data) -> Result:
             missing[name] = str(why)
     kept = Cache(data.scratch / "following")
     root = Path(__file__).parents[1]
-    own = digest_of(root, [root / "following" / f"{name}.py" for name in ("signs", "ways", "figures")])
+    own = digest_of(root, [root / "following" / f"{name}.py" for name in ("visible_signs", "methods", "figures")])
     engine = code(("follow", "follow_video.py"))
     long = digest_of(root, [root / "following" / "long_video.py"])
     rows: dict[str, dict[str, dict[str, list[dict[str, float]]]]] = {}
@@ -146,7 +146,7 @@ def _signs(video: _Video) -> Iterator[tuple[Sequence[Picture], Sign]]:
     pictures = _pictures(video)
     height, width = pictures[0].shape[:2]
     for sign in signs_of(video.truth, width, height)[:SIGNS]:
-        yield painted(pictures, sign) if video.vanish else (pictures, sign)
+        yield paint_over(pictures, sign) if video.vanish else (pictures, sign)
 
 
 def _ours(video: _Video, parts: FollowerModels) -> JsonObject:
@@ -160,7 +160,7 @@ def _ours(video: _Video, parts: FollowerModels) -> JsonObject:
         for position in POSITIONS:
             start = sign.anchor(position)
             for way, given in ((OURS, parts), (UNKNOWN, FollowerModels(parts.make_online, None))):
-                filled = by_us(pictures, {start: sign.life[start]}, given)
+                filled = follow_with_engine(pictures, {start: sign.life[start]}, given)
                 ways.setdefault(way, {}).setdefault(position, []).append(figures_of(sign, filled.boxes))
                 spent = times.setdefault(way, [0.0, 0])
                 spent[0] += filled.seconds
@@ -168,11 +168,11 @@ def _ours(video: _Video, parts: FollowerModels) -> JsonObject:
         for k in LINES:
             frames = np.array(sorted(sign.life))
             chosen = frames[np.round(np.linspace(0, len(frames) - 1, k)).astype(int)].tolist()
-            lines = straight({frame: sign.life[frame] for frame in chosen})
+            lines = interpolate_linearly({frame: sign.life[frame] for frame in chosen})
             ways.setdefault(f"lines, {k} exact boxes", {}).setdefault("whole life", []).append(figures_of(sign, lines))
 
         def fill(drawn: Mapping[int, FloatArray], pictures: Sequence[Picture] = pictures) -> Mapping[int, FloatArray]:
-            return by_us(pictures, drawn, parts).boxes
+            return follow_with_engine(pictures, drawn, parts).boxes
 
         by_position = {position: float(actions(sign, sign.anchor(position), fill)) for position in POSITIONS}
         needed.append({**by_position, "lines": float(lines_needed(sign))})
@@ -187,7 +187,7 @@ def _theirs(video: _Video, makers: Mapping[str, Callable[[], Follower]]) -> Json
         for position in POSITIONS:
             start = sign.anchor(position)
             for name, make in makers.items():
-                filled = by_peer(pictures, start, sign.life[start], make)
+                filled = follow_with_peer(pictures, start, sign.life[start], make)
                 ways.setdefault(name, {}).setdefault(position, []).append(figures_of(sign, filled.boxes))
                 spent = times.setdefault(name, [0.0, 0])
                 spent[0] += filled.seconds

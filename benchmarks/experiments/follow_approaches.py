@@ -14,8 +14,8 @@ from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.follow import TUNED_BOARDS
 from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.figures import figures_of, mean_of, overlaps
-from benchmarks.following.signs import POSITIONS, Sign, signs_of
-from benchmarks.following.ways import KltBox, by_peer, by_us
+from benchmarks.following.methods import KltBox, follow_with_engine, follow_with_peer
+from benchmarks.following.visible_signs import POSITIONS, Sign, signs_of
 from tsr_engine.follow_video import load_follower
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonObject
@@ -64,8 +64,8 @@ def _run(data: Data) -> Result:
                 for position in POSITIONS:
                     start = sign.anchor(position)
                     for way, filled in (
-                        (OURS, by_us(pictures, {start: sign.life[start]}, parts)),
-                        (PEER, by_peer(pictures, start, sign.life[start], KltBox)),
+                        (OURS, follow_with_engine(pictures, {start: sign.life[start]}, parts)),
+                        (PEER, follow_with_peer(pictures, start, sign.life[start], KltBox)),
                     ):
                         iou = float(np.mean(list(overlaps(sign, filled.boxes).values())))
                         for of in (group, ALL):

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.following.signs import signs_of
-from benchmarks.review.desk import Desk, open_desk
-from benchmarks.review.followed import bring_back, draw_missed, press
-from benchmarks.review.planted import Case
+from benchmarks.following.visible_signs import signs_of
+from benchmarks.review.browser_session import BrowserSession, open_browser_session
+from benchmarks.review.faulty_runs import Case
+from benchmarks.review.following_actions import draw_missed, extend_late_tracks, time_first_proposal
 from sample_videos import SHIPPED
 from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.json_shapes import JsonObject
@@ -31,15 +31,18 @@ _LABEL = 14
 
 def _run(data: Data) -> Result:
     figures: JsonObject = {"late": [], "missed": []}
-    with tempfile.TemporaryDirectory() as home, open_desk(Path(home), (SHIPPED[0].video.parent,), sample=False) as desk:
+    with (
+        tempfile.TemporaryDirectory() as home,
+        open_browser_session(Path(home), (SHIPPED[0].video.parent,), sample=False) as session,
+    ):
         for clip in SHIPPED:
-            added = desk.server.add_video(clip.video)
+            added = session.server.add_video(clip.video)
             cases = _cases(clip.truth, int(added["width"]), int(added["height"]))
-            names = _names(desk)
-            figures["late"] += bring_back(desk, added["id"], cases, names)
-            figures["missed"] += draw_missed(desk, added["id"], cases, names)
+            names = _names(session)
+            figures["late"] += extend_late_tracks(session, added["id"], cases, names)
+            figures["missed"] += draw_missed(session, added["id"], cases, names)
             if "first" not in figures:
-                figures["first"] = press(desk, added["id"], cases, PRESSES, data.seed)
+                figures["first"] = time_first_proposal(session, added["id"], cases, PRESSES, data.seed)
     return Result(
         "follow_page",
         data="The sample drives. The ground truth of each sign that is visible for "
@@ -59,8 +62,8 @@ def _cases(truth: Path, width: int, height: int) -> dict[int, Case]:
     return {number: Case("", _LABEL, life) for number, life in enumerate(whole, start=1)}
 
 
-def _names(desk: Desk) -> dict[int, str]:
-    return {label["id"]: label["name"] for label in desk.server.call("GET", "/labels")}
+def _names(session: BrowserSession) -> dict[int, str]:
+    return {label["id"]: label["name"] for label in session.server.call("GET", "/labels")}
 
 
 def _report(result: Result) -> str:

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.drawing import drawing, legend_below
 from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.trackers import CHOSEN_ON, annotated, ideal, tuning_approaches
 from benchmarks.peers.cache import Cache
-from benchmarks.peers.multi import PEERS, Missing, rows_of, version
-from benchmarks.peers.ours import filter_alone
-from benchmarks.peers.seen import Seen, every, look
+from benchmarks.peers.engine_tracker import filter_alone
+from benchmarks.peers.multi_object_trackers import PEERS, Missing, rows_of, version
+from benchmarks.peers.stored_detections import DetectedVideo, detect_videos, every_nth_frame_of
 from benchmarks.peers.tuning import tune
+from benchmarks.plotting import legend_below, saved_figure
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
@@ -44,14 +44,14 @@ GROUPS = ("held out", "chosen on", "approaches")
 
 def _run(data: Data) -> Result:
     videos, without = annotated(data)
-    seen = list(look([*videos, *tuning_approaches(data)], data.scratch / "detections"))
+    seen = list(detect_videos([*videos, *tuning_approaches(data)], data.scratch / "detections"))
     kept = Cache(data.scratch / "peers")
     default = Params.preset("default")
     ours = {OURS: default, BEFORE: default.with_settings(list(FULL_RATE.items()))}
     figures: JsonObject = {}
     missing: dict[str, str] = {}
     for step in STEPS:
-        left = [every(s, step) for s in seen]
+        left = [every_nth_frame_of(s, step) for s in seen]
         rows: dict[str, list[TrackTable]] = {name: [filter_alone(s, p) for s in left] for name, p in ours.items()}
         for peer in PEERS:
             try:
@@ -80,11 +80,11 @@ def _run(data: Data) -> Result:
     )
 
 
-def _group(seen: Seen) -> str:
+def _group(seen: DetectedVideo) -> str:
     return seen.video.group if seen.video.group in (*GROUPS, *CHOSEN_ON) else "approaches"
 
 
-def _figures(seen: Sequence[Seen], rows: Sequence[TrackTable]) -> JsonObject:
+def _figures(seen: Sequence[DetectedVideo], rows: Sequence[TrackTable]) -> JsonObject:
     reports = []
     for s, returned in zip(seen, rows, strict=True):
         size = (s.width, s.height)
@@ -157,7 +157,7 @@ def _loss(ours: JsonMapping, theirs: JsonMapping) -> str:
 
 def _plot(result: Result, path: Path) -> None:
     groups = result.figures["groups"]
-    with drawing(path, across=len(groups), size=(4.0, 3.4)) as all_axes:
+    with saved_figure(path, across=len(groups), size=(4.0, 3.4)) as all_axes:
         for axes, (group, steps) in zip(np.atleast_1d(all_axes), _in_order(groups), strict=True):
             for name in _names(steps):
                 style = "-" if name in (OURS, BEFORE) else "--"

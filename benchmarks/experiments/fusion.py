@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.peers.cache import code
+from benchmarks.plotting import saved_figure
 from tsr_engine.evaluation.fusion import MODES, Mode, TrackVotes, evaluate_fusion, track_votes
 from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items, read_picture
 from tsr_engine.io.models import load_component, save_component
@@ -176,7 +176,7 @@ def _report_deltas(deltas: Mapping[str, Mapping[str, Mapping[str, int]]]) -> str
 
 def _plot(result: Result, path: Path) -> None:
     f = result.figures
-    with drawing(path) as axes:
+    with saved_figure(path) as axes:
         for mode, style in zip(MODES, ("-", "--", ":"), strict=True):
             axes.plot(f["frames"], f["rates"][mode], style, label=mode)
         axes.axhline(f["single"], color="#999999", linewidth=1, label="single crops")

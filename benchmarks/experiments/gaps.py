@@ -11,17 +11,27 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.drawing import drawing, legend_below
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.against_paper import number
-from benchmarks.experiments.tracked import CONFIGURATIONS, PAPER_KF
+from benchmarks.experiments.tracked_clips import CONFIGURATIONS, PAPER_KF
 from benchmarks.experiments.trackers import annotated
 from benchmarks.peers.cache import Cache
-from benchmarks.peers.gap import LEAD_IN, LENGTHS, Gap, Outcome, Still, carry, find_gaps, our_outcomes, summary
-from benchmarks.peers.generic import GENERIC, maker
-from benchmarks.peers.multi import Missing
-from benchmarks.peers.ours import identity
-from benchmarks.peers.seen import Seen, look, pictures
+from benchmarks.peers.detection_gaps import (
+    LEAD_IN,
+    LENGTHS,
+    Gap,
+    Outcome,
+    StationaryBox,
+    find_gaps,
+    follow_gap,
+    our_outcomes,
+    summary,
+)
+from benchmarks.peers.engine_tracker import identity
+from benchmarks.peers.multi_object_trackers import Missing
+from benchmarks.peers.opencv_trackers import GENERIC, maker
+from benchmarks.peers.stored_detections import DetectedVideo, detect_videos, pictures
+from benchmarks.plotting import legend_below, saved_figure
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_opencv_thread
@@ -42,7 +52,7 @@ EVERY = {"held out": 12, "chosen on": 12, "approaches": 1000}
 
 def _run(data: Data) -> Result:
     videos, without = annotated(data)
-    makers: JsonObject = {STILL: Still}
+    makers: JsonObject = {STILL: StationaryBox}
     missing: dict[str, str] = {}
     for name in GENERIC:
         try:
@@ -57,7 +67,7 @@ def _run(data: Data) -> Result:
     starts: dict[str, int] = {}
     kept = Cache(data.scratch / "peers")
     with one_opencv_thread():  # so that the CPU time of a step is meaningful
-        for seen in list(look(videos, data.scratch / "detections")):
+        for seen in list(detect_videos(videos, data.scratch / "detections")):
             group = seen.video.group if seen.video.group in EVERY else "approaches"
             gaps = find_gaps(seen, EVERY[group])
             if not gaps:
@@ -107,7 +117,10 @@ def _run(data: Data) -> Result:
 
 
 def _one_video(
-    seen: Seen, gaps: Sequence[Gap], configurations: Mapping[str, tuple[Params, Components]], makers: JsonMapping
+    seen: DetectedVideo,
+    gaps: Sequence[Gap],
+    configurations: Mapping[str, tuple[Params, Components]],
+    makers: JsonMapping,
 ) -> JsonObject:
     """Every tracker over every gap of a video: name -> outcomes, and the CPU seconds of a step, gap by gap."""
     frames = [picture for _, picture in pictures(seen)]
@@ -123,7 +136,7 @@ def _one_video(
             by_name[title] = our_outcomes(without_camera, frames, gap, params, components.parts)
         for name, make in makers.items():
             cv2.setRNGSeed(gap.first)  # OpenCV's MIL draws its samples
-            by_name[name] = carry(make, frames, gap, gap.box)
+            by_name[name] = follow_gap(make, frames, gap, gap.box)
         for name, (outcomes, seconds) in by_name.items():
             mine = found.setdefault(name, {"outcomes": [], "seconds": []})
             mine["outcomes"] += [asdict(o) | {"sign": gap.sign, "first": gap.first} for o in outcomes]
@@ -235,7 +248,7 @@ _MARKERS = "osD^vPX*<>"
 
 def _plot(result: Result, path: Path) -> None:
     groups = result.figures["groups"]
-    with drawing(path, across=len(groups), size=(4.0, 3.4)) as found:
+    with saved_figure(path, across=len(groups), size=(4.0, 3.4)) as found:
         for axes, (group, by_name) in zip(np.atleast_1d(found), _groups(groups), strict=True):
             for name, marker in zip(_order(by_name), cycle(_MARKERS)):
                 figures = by_name[name]

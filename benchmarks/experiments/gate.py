@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.experiments.clips import clip_groups
+from benchmarks.plotting import saved_figure
 from tsr_engine.evaluation.gate import Trial, collection_curve, gate_trials
 from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.io.video import open_video
@@ -85,7 +85,7 @@ def _report(result: Result) -> str:
 
 def _plot(result: Result, path: Path) -> None:
     f = result.figures
-    with drawing(path) as axes:
+    with saved_figure(path) as axes:
         axes.semilogx(f["tau"], f["correct"], label="correctly collected", linewidth=2)
         axes.semilogx(f["tau"], f["genuine"], "--", label="signs taken")
         axes.semilogx(f["tau"], f["patches"], ":", label="background refused")

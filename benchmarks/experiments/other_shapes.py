@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, table
-from benchmarks.timing.in_turn import scenes_in_turn
+from benchmarks.timing.alternating import scenes_in_turn
 from tsr_engine.detection.other_shapes import COMPONENT, OtherShapes
 from tsr_engine.evaluation.detection import match
 from tsr_engine.geometry.boxes import area, intersection, iou

@@ -16,12 +16,12 @@ from benchmarks.experiments.ablations import paired
 from benchmarks.experiments.against_paper import number
 from benchmarks.experiments.gate import TAU
 from benchmarks.experiments.looming_clips import LoomingClips, read_looming
-from benchmarks.experiments.remembered import Memory
-from benchmarks.experiments.tracked import CONFIGURATIONS, PAPER_KF, reports_of
+from benchmarks.experiments.result_cache import ResultCache
+from benchmarks.experiments.tracked_clips import CONFIGURATIONS, PAPER_KF, reports_of
 from benchmarks.peers.cache import Cache, file_digest
-from benchmarks.peers.ours import filter_alone
-from benchmarks.peers.seen import Annotated, Seen, look
-from benchmarks.peers.worse import RUN, Worse, reaching, worsened
+from benchmarks.peers.degraded_detections import MEAN_MISSED_RUN, Degradation, bisect_increasing, degrade
+from benchmarks.peers.engine_tracker import filter_alone
+from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos
 from tsr_engine.evaluation.gate import Candidates, Trial, collection_curve, gate_trials
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
 from tsr_engine.io.video import open_video
@@ -40,10 +40,10 @@ SIGNS: Final = 100
 """Number of signs on which the paper chose its tau; each has 20 patches around it."""
 MISSED: Final = 0.4
 """Share of frames without detections for the kind that also displaces boxes."""
-GROWING: Final[Mapping[str, tuple[Worse, str]]] = {
-    "boxes off": (Worse(), "jitter"),
-    "boxes off, runs of misses": (Worse(missed=MISSED), "jitter"),
-    "runs of misses": (Worse(), "missed"),
+GROWING: Final[Mapping[str, tuple[Degradation, str]]] = {
+    "boxes off": (Degradation(), "jitter"),
+    "boxes off, runs of misses": (Degradation(missed=MISSED), "jitter"),
+    "runs of misses": (Degradation(), "missed"),
 }
 """Kinds of degraded detections: the start, and the value that grows until the paper's filter alone has its Eq. 7."""
 AS_IT_IS: Final = "as detected"
@@ -66,13 +66,15 @@ def _run(data: Data) -> Result:
     tau, collected = kept.get(["tau", files, SIGNS, data.seed], partial(paper_tau, tuned, data.seed))
     rows = _rows(tau)
     videos = [Annotated(name, clips.stress[name], *video) for name, video in clips.videos.items()]
-    seen = list(look(videos, data.scratch / "detections"))
-    kinds: dict[str, JsonObject] = {AS_IT_IS: asdict(Worse())}
+    seen = list(detect_videos(videos, data.scratch / "detections"))
+    kinds: dict[str, JsonObject] = {AS_IT_IS: asdict(Degradation())}
     for kind, (start, name) in GROWING.items():
         made_from = ["worse", kind, asdict(start), [s.video.identity() for s in seen], SEEDS]
         grown = kept.get(made_from, partial(_grown, seen, start, name))
         kinds[kind] = asdict(replace(start, **{name: grown}))
-    figures = {kind: {"worse": how, "rows": _figures(seen, Worse(**how), rows, data)} for kind, how in kinds.items()}
+    figures = {
+        kind: {"worse": how, "rows": _figures(seen, Degradation(**how), rows, data)} for kind, how in kinds.items()
+    }
     return Result(
         "poor_detections",
         data=f"{len(seen)} simulated approaches (seed {clips.seed}) to scenes that no parameter was chosen on, with "
@@ -126,36 +128,36 @@ def paper_tau(clips: LoomingClips, seed: int) -> tuple[float, float]:
     return curve.best_tau, float(curve.correct.max())
 
 
-def _grown(seen: Sequence[Seen], start: Worse, name: str) -> float:
+def _grown(seen: Sequence[DetectedVideo], start: Degradation, name: str) -> float:
     """The value at which the paper's filter alone has the paper's Eq. 7; the largest if none reaches it."""
     params = CONFIGURATIONS[PAPER_KF]
 
     def error(value: float) -> float:
         reports = []
         for place, seed in _draws(seen):
-            worse = worsened(seen[place], replace(start, **{name: value}), seed)
+            worse = degrade(seen[place], replace(start, **{name: value}), seed)
             size = (worse.width, worse.height)
             rows = filter_alone(worse, params)
             reports.append(evaluate_video("", worse.video.truth, rows, len(worse.frames), size=size))
         return summarise(reports).mean_error or 0.0
 
-    return reaching(paper.EQ7_KF, error, MOST[name])
+    return bisect_increasing(paper.EQ7_KF, error, MOST[name])
 
 
-def _draws(seen: Sequence[Seen]) -> list[tuple[int, int]]:
+def _draws(seen: Sequence[DetectedVideo]) -> list[tuple[int, int]]:
     """Index of each video with each seed of its draws; all seeds are different."""
     return [(number, SEEDS * number + draw) for number in range(len(seen)) for draw in range(SEEDS)]
 
 
-def _figures(seen: Sequence[Seen], how: Worse, rows: Mapping[str, Params], data: Data) -> JsonObject:
+def _figures(seen: Sequence[DetectedVideo], how: Degradation, rows: Mapping[str, Params], data: Data) -> JsonObject:
     """Row -> its figures."""
-    memory = Memory(data.scratch / "tracked")
+    memory = ResultCache(data.scratch / "tracked")
     components = {name: load_components(params) for name, params in rows.items()}
     found: dict[str, list[VideoReport]] = {name: [] for name in rows}
-    for place, seed in _draws(seen)[:: 1 if how != Worse() else SEEDS]:
+    for place, seed in _draws(seen)[:: 1 if how != Degradation() else SEEDS]:
         video = seen[place].video
         title = f"{video.name}, {how}, seed {seed}"
-        worse = partial(worsened, seen[place], how, seed)
+        worse = partial(degrade, seen[place], how, seed)
         for name, (report, _) in reports_of(title, video, worse, rows, components, memory).items():
             found[name].append(report)
     each = len(found[PAPER_KF]) // len(seen)
@@ -266,7 +268,9 @@ def _change(change: JsonMapping | None) -> str:
 def _how(found: JsonMapping) -> str:
     missed, jitter = found["worse"]["missed"], found["worse"]["jitter"]
     said = (
-        [f"{100 * missed:.0f} % of the frames lose their detections, in runs of {RUN:g} on average"] if missed else []
+        [f"{100 * missed:.0f} % of the frames lose their detections, in runs of {MEAN_MISSED_RUN:g} on average"]
+        if missed
+        else []
     )
     said += [f"each edge is off by {100 * jitter:.1f} % of the side (standard deviation)"] if jitter else []
     if not said:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.plotting import saved_figure
 from tsr_engine.detection.prior import GRID, parzen
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.pictures import read_picture
@@ -54,7 +54,7 @@ def _report(result: Result) -> str:
 
 
 def _plot(result: Result, path: Path) -> None:
-    with drawing(path, size=(6.4, 3.8)) as axes:
+    with saved_figure(path, size=(6.4, 3.8)) as axes:
         picture = axes.imshow(result.figures["table"], extent=(0, 1, 1, 0), cmap="viridis", aspect=0.6)
         points = np.array(result.figures["held_out"])
         axes.scatter(points[:, 0], points[:, 1], s=5, c="white", edgecolors="black", linewidths=0.4)

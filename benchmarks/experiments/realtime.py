@@ -14,9 +14,9 @@ from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.first_sight import first_matches
 from benchmarks.experiments.looming_clips import EACH, read_looming
-from benchmarks.experiments.remembered import Memory
-from benchmarks.experiments.tracked import Videos
-from benchmarks.timing.looped import RATE, SIZE, base_clip
+from benchmarks.experiments.result_cache import ResultCache
+from benchmarks.experiments.tracked_clips import Videos
+from benchmarks.timing.looped_video import RATE, SIZE, base_clip
 from sample_videos import SHIPPED
 from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise
@@ -152,7 +152,7 @@ def _tracked(
     title: str, video: Path, truth: TrackTable, params: Params, components: Components, folder: Path, start: int
 ) -> tuple[TrackTable, int, tuple[int, int]]:
     """Result rows of a run, number of frames and size of the pictures; rows of an earlier call are reused."""
-    path = folder / f"{Memory.key(title, video, truth, params, components.models)}.csv"
+    path = folder / f"{ResultCache.key(title, video, truth, params, components.models)}.csv"
     if not path.is_file():
         folder.mkdir(parents=True, exist_ok=True)
         track_video(RunRequest(video, params, csv=path, start=start), components)

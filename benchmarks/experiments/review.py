@@ -6,10 +6,10 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.review.desk import open_desk, open_review
+from benchmarks.review.browser_session import open_browser_session, open_review
 from benchmarks.review.first_use import first_correction
-from benchmarks.review.handling import measure_early_seeks, measure_handling
-from benchmarks.review.long import first_paint, lane_intervals
+from benchmarks.review.interaction_times import measure_early_seeks, measure_handling
+from benchmarks.review.long_drive import first_paint, lane_intervals
 from sample_videos import SHIPPED
 from tsr_engine.json_shapes import JsonObject
 
@@ -25,12 +25,12 @@ def _clip(data: Data, home: Path) -> tuple[str, JsonObject]:
     if data.clips is not None and (data.clips / CLIP).is_file():
         clip = data.clips / CLIP
         truth = (data.clips / "gt" / CLIP).with_suffix(".csv").read_bytes()
-    with open_desk(home, (clip.parent,), sample=False) as desk:
-        video = desk.server.add_video(clip)["id"]
+    with open_browser_session(home, (clip.parent,), sample=False) as session:
+        video = session.server.add_video(clip)["id"]
         # An imported run replaces the engine's, since only the page is timed here.
         where = f"/videos/{video}/imports?as=run&name=boxes&format=tracks-csv"
-        run = desk.server.call("POST", where, truth, "application/octet-stream")["id"]
-        page = desk.page()
+        run = session.server.call("POST", where, truth, "application/octet-stream")["id"]
+        page = session.page()
         open_review(page, video, run)
         page.wait_for_timeout(1000)
         early = measure_early_seeks(page, data.seed)
@@ -43,9 +43,9 @@ def _long(home: Path) -> JsonObject:
 
     made = make_long_run(home)
     found: JsonObject = {}
-    with open_desk(home, (home,), sample=False) as desk:
-        found["first_paint"] = [first_paint(desk, made.video_id, made.run_id) for _ in range(4)]
-        page = desk.page()
+    with open_browser_session(home, (home,), sample=False) as session:
+        found["first_paint"] = [first_paint(session, made.video_id, made.run_id) for _ in range(4)]
+        page = session.page()
         open_review(page, made.video_id, made.run_id)
         page.wait_for_timeout(2000)
         found["lanes"] = {kind: lane_intervals(page, kind) for kind in ("pan", "zoom", "seek")}

@@ -6,10 +6,10 @@ import os
 import tempfile
 from pathlib import Path
 
-from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.review.desk import open_desk
-from benchmarks.review.long import play_on
+from benchmarks.plotting import saved_figure
+from benchmarks.review.browser_session import open_browser_session
+from benchmarks.review.long_drive import measure_long_play
 
 __all__ = ["EXPERIMENT"]
 
@@ -24,8 +24,8 @@ def _run(data: Data) -> Result:
     with tempfile.TemporaryDirectory() as scratch:
         home = Path(scratch)
         made = make_long_run(home)
-        with open_desk(home, (home,), sample=False) as desk:
-            playing = play_on(desk, made.video_id, made.run_id, minutes)
+        with open_browser_session(home, (home,), sample=False) as session:
+            playing = measure_long_play(session, made.video_id, made.run_id, minutes)
     return Result(
         "review_hour",
         data=f"A synthetic drive of 132,400 frames with 5,000 tracks, played for {minutes:g} minutes as fast as "
@@ -62,7 +62,7 @@ def _report(result: Result) -> str:
 def _plot(result: Result, path: Path) -> None:
     played = result.figures["playing"]
     minutes = [row["minutes"] for row in played]
-    with drawing(path) as axes:
+    with saved_figure(path) as axes:
         for name, label in (("renderers", "page processes"), ("server", "server"), ("heap", "script heap")):
             axes.plot(minutes, [row[name] for row in played], label=label)
         axes.set(xlabel="minutes of playing", ylabel="resident memory, MB", ylim=(0, None))

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from benchmarks.drawing import drawing
 from benchmarks.experiment import ROOT, Data, Experiment, Result, table
+from benchmarks.plotting import saved_figure
 from benchmarks.timing.growth import exponent, picture_cost, sign_cost, sign_faces
 from benchmarks.timing.long_run import NOTES, SHOWN
-from benchmarks.timing.looped import RATE, SIZE, base_clip, cut_out, looped
-from benchmarks.timing.notes import read_sections
+from benchmarks.timing.looped_video import RATE, SIZE, base_clip, cut_out, looped
+from benchmarks.timing.run_notes import read_sections
 from sample_videos import SHIPPED
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonMapping, JsonObject
@@ -133,7 +133,7 @@ def _verdict(figures: JsonMapping) -> str:
 
 def _plot(result: Result, path: Path) -> None:
     f = result.figures
-    with drawing(path, across=3, size=(3.6, 3.2)) as (length, signs, sizes):
+    with saved_figure(path, across=3, size=(3.6, 3.2)) as (length, signs, sizes):
         for kind, title in (("real", "everything"), ("repeated", "after detection")):
             if not f[kind]:
                 continue

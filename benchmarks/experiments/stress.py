@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.drawing import drawing
 from benchmarks.experiment import ROOT, Data, Experiment, Result, table
 from benchmarks.experiments import paper_figures as paper
 from benchmarks.experiments.against_paper import number, share, shortfalls, sign_notes, tables
+from benchmarks.experiments.error_sheet import draw_error_sheet
 from benchmarks.experiments.looming_clips import EACH, read_looming
 from benchmarks.experiments.online_changes import online_changes
-from benchmarks.experiments.tracked import CONFIGURATIONS, PAPER_KF, score
-from benchmarks.experiments.wrong import draw_wrong
+from benchmarks.experiments.tracked_clips import CONFIGURATIONS, PAPER_KF, score
+from benchmarks.plotting import saved_figure
 from tsr_engine.evaluation.tracking import changed_errors, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
@@ -39,7 +39,7 @@ def _run(data: Data) -> Result:
             figures.setdefault(stress, {})[name] = summarise(chosen).as_dict() | also
         times = {"detection_ms": scored.ms("detection"), "classification_ms": scored.ms("classification")}
         figures["all"][name] |= times
-    draw_wrong(SHEET, data.scratch, clips.videos, figures["all"]["default"]["notes"])
+    draw_error_sheet(SHEET, data.scratch, clips.videos, figures["all"]["default"]["notes"])
     return Result(
         "stress",
         data=f"{len(clips.videos)} simulated approaches (seed {clips.seed}), 720x576: signs and scenes are real "
@@ -148,7 +148,7 @@ def _label(note: JsonMapping) -> str:
 
 
 def _plot(result: Result, path: Path) -> None:
-    with drawing(path) as axes:
+    with saved_figure(path) as axes:
         for name, label in (("KF alone", "KF"), ("default", "KF and online detector")):
             found = result.figures["all"][name]
             counts = np.array(found["histogram"], float)

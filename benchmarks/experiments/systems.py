@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.systems.trained import TrainedSystem, split, trained
+from benchmarks.systems.trained_systems import TrainedSystem, split, trained
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]

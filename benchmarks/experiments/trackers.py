@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.drawing import drawing, legend_below
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.looming_clips import EACH, EACH_OF_A_ROW, read_looming
-from benchmarks.experiments.tracked import CONFIGURATIONS
+from benchmarks.experiments.tracked_clips import CONFIGURATIONS
 from benchmarks.peers.cache import Cache
+from benchmarks.peers.engine_tracker import track_with_engine
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.multi import PEERS, Missing, load, rows_of, version
-from benchmarks.peers.ours import follow
-from benchmarks.peers.seen import Annotated, Seen, look
+from benchmarks.peers.multi_object_trackers import PEERS, Missing, load, rows_of, version
+from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos
 from benchmarks.peers.tuning import tune
+from benchmarks.plotting import legend_below, saved_figure
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.json_shapes import JsonMapping, JsonObject
@@ -78,7 +78,7 @@ def tuning_approaches(data: Data) -> list[Annotated]:
 
 def _run(data: Data) -> Result:
     videos, without = annotated(data)
-    seen = list(look([*videos, *tuning_approaches(data)], data.scratch / "detections"))
+    seen = list(detect_videos([*videos, *tuning_approaches(data)], data.scratch / "detections"))
     tuned_on = [s for s in seen if s.video.group in CHOSEN_ON]
     judged = [s for s in seen if s.video.group not in CHOSEN_ON]
     if not judged:
@@ -88,7 +88,7 @@ def _run(data: Data) -> Result:
     configurations = {name: (CONFIGURATIONS[name], load_components(CONFIGURATIONS[name])) for name in PRESETS}
     with one_opencv_thread():  # so that the CPU time of a frame is meaningful
         for video in judged:
-            for name, found in follow(video, configurations, kept).items():
+            for name, found in track_with_engine(video, configurations, kept).items():
                 rows[name].append((found.rows, found.seconds))
                 if name == "default":
                     rows[LIVE].append((found.live, found.seconds))
@@ -116,7 +116,10 @@ def _run(data: Data) -> Result:
 
 
 def run_peers(
-    tuned_on: Sequence[Seen], judged: Sequence[Seen], rows: dict[str, list[tuple[TrackTable, float]]], kept: Cache
+    tuned_on: Sequence[DetectedVideo],
+    judged: Sequence[DetectedVideo],
+    rows: dict[str, list[tuple[TrackTable, float]]],
+    kept: Cache,
 ) -> tuple[JsonObject, dict[str, str]]:
     """Tune and run each peer; returns the chosen settings, and the peers that cannot run, with the reason."""
     chosen: JsonObject = {}
@@ -141,7 +144,7 @@ def run_peers(
     return chosen, missing
 
 
-def _figures(judged: Sequence[Seen], rows: Mapping[str, list[tuple[TrackTable, float]]]) -> JsonObject:
+def _figures(judged: Sequence[DetectedVideo], rows: Mapping[str, list[tuple[TrackTable, float]]]) -> JsonObject:
     """Group -> tracker -> figures. Groups: held-out clips, each stress, all stresses."""
     stresses = sorted({s.video.group for s in judged} - {"held out"})
     clips = ["held out"] if any(s.video.group == "held out" for s in judged) else []
@@ -181,7 +184,7 @@ def _one(reports: list[VideoReport], sequences: list[JsonObject]) -> JsonObject:
         return figures | dict.fromkeys(("HOTA", "IDF1", "MOTA"))
 
 
-def ideal(seen: Seen) -> TrackTable:
+def ideal(seen: DetectedVideo) -> TrackTable:
     """Every detection on a counted sign, with the sign's id: the upper bound of a tracker that returns detections."""
     truth, rows = seen.video.truth, []
     for frame in seen.frames:
@@ -312,7 +315,7 @@ def _number(value: float | None, digits: int) -> str:
 def _plot(result: Result, path: Path) -> None:
     groups = result.figures["groups"]
     names = [n for n in ("default", "paper", *result.figures["chosen"]) if n in next(iter(groups.values()))]
-    with drawing(path, across=2, size=(5.2, 3.6)) as both:
+    with saved_figure(path, across=2, size=(5.2, 3.6)) as both:
         for axes, figure, title in ((both[0], "coverage", "coverage"), (both[1], "mean_error", "mean Eq. 7")):
             for k, name in enumerate(names):
                 values = [by_name[name][figure] or 0.0 for by_name in groups.values()]

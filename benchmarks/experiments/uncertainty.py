@@ -16,10 +16,10 @@ from sklearn.metrics import brier_score_loss, log_loss, roc_auc_score
 from app.evidence.tracks import TrackProperties
 from app.evidence.uncertainty import WEIGHTS, UncertaintyInput, terms
 from benchmarks.changed_tracks import CAMERAS, RUNS, JudgedRun, filmed, judged_runs
-from benchmarks.drawing import drawing
 from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.looming_clips import read_looming
+from benchmarks.plotting import saved_figure
 from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["EXPERIMENT"]
@@ -207,7 +207,7 @@ def _report(result: Result) -> str:
 
 
 def _plot(result: Result, path: Path) -> None:
-    with drawing(path) as axes:
+    with saved_figure(path) as axes:
         axes.plot([0, 1], [0, 1], color="#999999", linewidth=1)
         for way, style in zip(WAYS, ("o-", "s:"), strict=True):
             bins: list[JsonMapping] = result.figures["bins"][way]

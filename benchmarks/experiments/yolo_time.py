@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.detection_speed import shrunk_scenes
-from benchmarks.drawing import COLOURS, drawing
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.plotting import COLOURS, saved_figure
+from benchmarks.timing.alternating import Turns, pipeline_beside, scenes_in_turn
 from benchmarks.timing.contenders import ENLARGED, EQUAL, deep_networks, runtime, yolo_networks
-from benchmarks.timing.in_turn import Turns, pipeline_beside, scenes_in_turn
-from benchmarks.timing.looped import base_clip
+from benchmarks.timing.looped_video import base_clip
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components, load_detector, one_opencv_thread
@@ -160,7 +160,7 @@ def _plot(result: Result, path: Path) -> None:
     times: JsonMapping = result.figures["scenes"]
     names = [*times, "whole engine"]
     values = [times[name] if name in times else result.figures["drive"][name] for name in names]
-    with drawing(path, size=(6.4, 0.5 + 0.42 * len(names))) as axes:
+    with saved_figure(path, size=(6.4, 0.5 + 0.42 * len(names))) as axes:
         medians = np.array([v["median"] for v in values])
         spread = np.abs(np.array([[v["low"], v["high"]] for v in values]).T - medians)
         ours = [name in ("detection", "whole engine") for name in names]

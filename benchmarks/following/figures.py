@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.following.signs import Sign
-from benchmarks.following.ways import straight
+from benchmarks.following.methods import interpolate_linearly
+from benchmarks.following.visible_signs import Sign
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
@@ -77,7 +77,7 @@ def lines_needed(sign: Sign) -> int:
     frames = sorted(sign.life)
     drawn = {k: sign.life[k] for k in (frames[0], frames[-1])}
     while True:
-        found = overlaps(sign, straight(drawn))
+        found = overlaps(sign, interpolate_linearly(drawn))
         worst = min(found, key=lambda k: (found[k], k))
         if found[worst] >= GOOD:
             return len(drawn)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from benchmarks.peers.multi import load
+from benchmarks.peers.multi_object_trackers import load
 from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray

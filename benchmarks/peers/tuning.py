@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 
 from benchmarks.peers.cache import Cache
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.multi import PACKAGE, Peer, load, rows_of, version
-from benchmarks.peers.seen import Seen
+from benchmarks.peers.multi_object_trackers import PACKAGE, Peer, load, rows_of, version
+from benchmarks.peers.stored_detections import DetectedVideo
 
 __all__ = ["Tuned", "tune"]
 
@@ -35,7 +35,7 @@ class Tuned:
     equal: int
 
 
-def tune(peer: Peer, clips: Sequence[Seen], kept: Cache) -> Tuned:
+def tune(peer: Peer, clips: Sequence[DetectedVideo], kept: Cache) -> Tuned:
     """Find the combination with the highest HOTA over all videos together; MOTA, then IDF1, decide on a tie.
 
     Args:
@@ -56,7 +56,7 @@ def tune(peer: Peer, clips: Sequence[Seen], kept: Cache) -> Tuned:
     return Tuned(**kept.get(made_from, lambda: asdict(_search(peer, clips))))
 
 
-def _search(peer: Peer, clips: Sequence[Seen]) -> Tuned:
+def _search(peer: Peer, clips: Sequence[DetectedVideo]) -> Tuned:
     known: dict[tuple[bytes, ...], tuple[float, ...]] = {}
     combinations = list(peer.settings())
     reached: list[tuple[float, ...]] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from benchmarks.review.desk import descendants, open_desk, resident_mb
+from benchmarks.review.browser_session import descendants, open_browser_session, resident_mb
 from sample_videos import SHIPPED
 from tsr_engine.json_shapes import JsonObject
 
@@ -30,8 +30,8 @@ def first_correction(home: Path) -> JsonObject:
     """
     began = time.monotonic()
     steps: JsonObject = {}
-    with open_desk(home, (SHIPPED[0].video.parent,), sample=True) as desk:
-        page = desk.page()
+    with open_browser_session(home, (SHIPPED[0].video.parent,), sample=True) as session:
+        page = session.page()
         page.get_by_role("heading", name="Start with the sample drive").wait_for()
         steps["library"] = time.monotonic() - began
         page.get_by_role("link", name="Review the sample drive").click(timeout=600_000)
@@ -42,10 +42,10 @@ def first_correction(home: Path) -> JsonObject:
         page.locator("[data-operation=accept]").click()
         page.wait_for_function(_STORED)
         steps["corrected"] = time.monotonic() - began
-        desk.server.wait_for_run(SHIPPED[0].video.name, timeout=600)
+        session.server.wait_for_run(SHIPPED[0].video.name, timeout=600)
         steps["run_complete"] = time.monotonic() - began
         page.context.close()
         time.sleep(5)
-        steps["server_mb"] = resident_mb([desk.server.pid])
-        steps["workers_mb"] = [round(resident_mb([pid])) for pid in descendants(desk.server.pid)]
+        steps["server_mb"] = resident_mb([session.server.pid])
+        steps["workers_mb"] = [round(resident_mb([pid])) for pid in descendants(session.server.pid)]
     return steps

@@ -11,7 +11,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from benchmarks.timing.looped import RATE, SIZE
+from benchmarks.timing.looped_video import RATE, SIZE
 from tsr_engine.evidence import FramePixels
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params

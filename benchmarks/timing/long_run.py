@@ -26,7 +26,7 @@ import cv2
 import numpy as np
 
 from benchmarks.memory import memory
-from benchmarks.timing.looped import RATE
+from benchmarks.timing.looped_video import RATE
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, FramePixels, RunHeader, RunState, VideoIdentity
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.video import open_video, video_sha256
@@ -46,7 +46,7 @@ from tsr_engine.records import Detections, Picture
 from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 from tsr_engine.tracking.camera_shift import CameraShift
 
-__all__ = ["NOTES", "SHOWN", "Seen", "look_once", "note_writer", "repeated"]
+__all__ = ["NOTES", "SHOWN", "DetectedFrame", "detect_once", "note_writer", "repeated"]
 
 NOTES: Final = "notes.jsonl"
 STEP: Final = 100
@@ -56,7 +56,7 @@ SHOWN: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class DetectedFrame:
     """A frame of the short clip with the results of all steps before tracking."""
 
     picture: Picture
@@ -64,7 +64,7 @@ class Seen:
     shift: tuple[float, float]
 
 
-def look_once(video: Path, components: Components, params: Params, kept: Path | None = None) -> list[Seen]:
+def detect_once(video: Path, components: Components, params: Params, kept: Path | None = None) -> list[DetectedFrame]:
     """Decode a short clip, detect in every frame, and measure its camera shift.
 
     Args:
@@ -77,16 +77,16 @@ def look_once(video: Path, components: Components, params: Params, kept: Path | 
     answers = _read_answers(kept, key) if kept is not None else []
     tracking = params.tracking
     shift = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
-    clip: list[Seen] = []
+    clip: list[DetectedFrame] = []
     with open_video(video) as opened:
         for frame in opened.frames(0, None):
             if len(answers) > len(clip):
                 boxes, raw, prior, scores, moved = (np.array(values) for values in answers[len(clip)])
                 found = Detections(boxes.reshape(-1, 4), raw, prior, scores)
-                clip.append(Seen(frame.picture, found, (float(moved[0]), float(moved[1]))))
+                clip.append(DetectedFrame(frame.picture, found, (float(moved[0]), float(moved[1]))))
             else:
                 step = shift.step(frame.picture)
-                clip.append(Seen(frame.picture, components.detector.detect(frame.picture), step))
+                clip.append(DetectedFrame(frame.picture, components.detector.detect(frame.picture), step))
     if kept is not None and not answers:
         rows = [
             [d.boxes.tolist(), d.raw_scores.tolist(), d.prior.tolist(), d.scores.tolist(), list(seen.shift)]
@@ -107,7 +107,7 @@ def _read_answers(path: Path, key: JsonObject) -> list[list[list[float]]]:
 
 
 def repeated(
-    clip: list[Seen],
+    clip: list[DetectedFrame],
     components: Components,
     params: Params,
     identity: VideoIdentity,
@@ -196,7 +196,7 @@ def main() -> None:
     cv2.setNumThreads(1)
     params = Params()
     components = load_components(params)
-    clip = look_once(args.video, components, params, args.folder / "seen.json") if args.kind == "repeated" else []
+    clip = detect_once(args.video, components, params, args.folder / "seen.json") if args.kind == "repeated" else []
     args.folder.mkdir(parents=True, exist_ok=True)
     with (args.folder / NOTES).open("a", encoding="utf-8") as lines:
         held = sum(seen.picture.nbytes for seen in clip) / 1e6

@@ -17,8 +17,8 @@ def closed() -> str:
 
 
 @pytest.mark.timeout(60)
-@pytest.mark.parametrize("alone", [False, True])
-def test_the_cluster_of_this_machine_is_away(closed: str, monkeypatch: pytest.MonkeyPatch, alone: bool) -> None:
+@pytest.mark.parametrize("start_local", [False, True])
+def test_the_cluster_of_this_machine_is_away(closed: str, monkeypatch: pytest.MonkeyPatch, start_local: bool) -> None:
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'tsr[cluster]'")
     monkeypatch.setenv("RAY_ADDRESS", closed)
     with pytest.raises(ClusterUnreachable, match="The Ray cluster of this machine cannot be reached: .*refused"):

@@ -15,11 +15,11 @@ from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import ablation_rows, ablations, misses, stress
 from benchmarks.experiments import paper_figures as paper
 from benchmarks.experiments.against_paper import shortfalls, sign_notes, tables
+from benchmarks.experiments.error_sheet import draw_error_sheet, largest
 from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.experiments.remembered import Memory
-from benchmarks.experiments.tracked import PAPER_KF, redrawn, track_together
-from benchmarks.experiments.wrong import draw_wrong, largest
-from benchmarks.peers.seen import Annotated, Seen, look
+from benchmarks.experiments.result_cache import ResultCache
+from benchmarks.experiments.tracked_clips import PAPER_KF, redrawn, track_together
+from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos
 from tests import toy_pipeline
 from tsr_engine.evaluation.track_tables import read_results, result_table
 from tsr_engine.evaluation.tracking import SignReport, VideoReport, evaluate_video, summarise
@@ -45,10 +45,12 @@ def _truth(frames: int) -> TrackTable:
     )  # fmt: skip
 
 
-def _seen(drive: Path, folder: Path) -> Seen:
+def _seen(drive: Path, folder: Path) -> DetectedVideo:
     """The toy drive as detected by the toy detector, through the evidence of a run."""
     return next(
-        look([Annotated("drive", "", drive, _truth(24))], folder, toy_pipeline.components(Params.preset("default")))
+        detect_videos(
+            [Annotated("drive", "", drive, _truth(24))], folder, toy_pipeline.components(Params.preset("default"))
+        )
     )
 
 
@@ -91,8 +93,8 @@ def test_stored_boxes_are_refined_as_in_the_detector() -> None:
 
 
 def test_a_cached_report_is_used_while_nothing_changed(drive: Path, tmp_path: Path) -> None:
-    memory, truth = Memory(tmp_path / "kept"), _truth(24)
-    key = Memory.key("drive", drive, truth, toy_pipeline.PARAMS, {"classifier": "1"})
+    memory, truth = ResultCache(tmp_path / "kept"), _truth(24)
+    key = ResultCache.key("drive", drive, truth, toy_pipeline.PARAMS, {"classifier": "1"})
     assert memory.find(key) is None
     found = track_together(_seen(drive, tmp_path), {"a": toy_pipeline.PARAMS}, {"a": toy_pipeline.components()})["a"]
     report = evaluate_video("drive", truth, result_table(found.rows), found.frames)
@@ -100,13 +102,15 @@ def test_a_cached_report_is_used_while_nothing_changed(drive: Path, tmp_path: Pa
     memory.keep(key, report, {"detect": 0.25})
     assert memory.find(key) == (report, {"detect": 0.25})
     others = (
-        Memory.key("drive", drive, truth, toy_pipeline.PARAMS.with_settings([("tau", 4.0)]), {"classifier": "1"}),
-        Memory.key("drive", drive, truth, toy_pipeline.PARAMS, {"classifier": "2"}),
-        Memory.key("drive", drive, replace(truth, boxes=truth.boxes + 1), toy_pipeline.PARAMS, {"classifier": "1"}),
+        ResultCache.key("drive", drive, truth, toy_pipeline.PARAMS.with_settings([("tau", 4.0)]), {"classifier": "1"}),
+        ResultCache.key("drive", drive, truth, toy_pipeline.PARAMS, {"classifier": "2"}),
+        ResultCache.key(
+            "drive", drive, replace(truth, boxes=truth.boxes + 1), toy_pipeline.PARAMS, {"classifier": "1"}
+        ),
     )
     assert len({key, *others}) == 4
     assert all(memory.find(other) is None for other in others)
-    assert Memory(None).find(key) is None
+    assert ResultCache(None).find(key) is None
 
 
 def test_every_departure_has_one_row() -> None:
@@ -246,7 +250,7 @@ def test_errors_are_shown_in_the_frame_with_the_largest_sign(drive: Path, tmp_pa
     nothing: dict[str, list[dict[str, Any]]] = {"missed": [], "misread": [], "false": [], "split": []}
     sheet = tmp_path / "sheet.png"
     sheet.write_bytes(b"an older one")
-    draw_wrong(sheet, tmp_path, {"drive": (drive, _truth(24))}, nothing)
+    draw_error_sheet(sheet, tmp_path, {"drive": (drive, _truth(24))}, nothing)
     assert not sheet.exists()
 
 

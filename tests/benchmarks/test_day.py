@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.experiment import Result
 from benchmarks.experiments.day import EXPERIMENT
-from benchmarks.review.annotator import steps_of
-from benchmarks.review.planted import KINDS, ROUNDS, planted
+from benchmarks.review.faulty_runs import KINDS, ROUNDS, make_faulty_run
+from benchmarks.review.simulated_annotator import steps_of
 from tsr_engine.track_table import TrackTable
 
 SIZE = (640, 360)
@@ -40,7 +40,7 @@ def rows(content: bytes) -> dict[int, dict[int, list[float]]]:
 def test_each_kind_of_fault_is_planted_once_for_two_signs() -> None:
     seen = []
     for turn in range(ROUNDS):
-        content, cases = planted(truth(), SIZE, FRAMES, turn, seed=0)
+        content, cases = make_faulty_run(truth(), SIZE, FRAMES, turn, seed=0)
         table = rows(content)
         assert set(table) == {number for number in cases if number > 0}
         for number, case in cases.items():
@@ -64,7 +64,7 @@ def test_a_wrong_box_is_planted_on_the_largest_whole_sign() -> None:
     boxes[given.frame > 40, 0] -= 200  # the first sign is cut by the left edge there
     boxes[:, 0] = np.maximum(boxes[:, 0], 0)
     given = replace(given, boxes=boxes)
-    _, cases = planted(given, SIZE, FRAMES, 0, seed=0)
+    _, cases = make_faulty_run(given, SIZE, FRAMES, 0, seed=0)
     first = next(case for case in cases.values() if case.label == 14)
     assert first.box_frame == 40
 

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.experiment import Result
 from benchmarks.experiments import drives, first_sight
-from benchmarks.weathers import WEATHERS
+from benchmarks.weather_effects import WEATHERS
 from tsr_engine.track_table import TrackTable
 
 

@@ -11,8 +11,15 @@ from benchmarks.experiment import Result
 from benchmarks.experiments import follow as experiment
 from benchmarks.experiments import follow_approaches, follow_page
 from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, lines_needed, mean_of
-from benchmarks.following.signs import POSITIONS, Sign, painted, signs_of
-from benchmarks.following.ways import PEERS, KltBox, by_peer, by_us, legacy, straight
+from benchmarks.following.methods import (
+    PEERS,
+    KltBox,
+    follow_with_engine,
+    follow_with_peer,
+    interpolate_linearly,
+    legacy,
+)
+from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
 from tests.follow.synthetic_drives import HEIGHT, WIDTH, make_drive
 from tsr_engine.follow import FollowerModels
 from tsr_engine.track_table import TrackTable
@@ -78,7 +85,7 @@ def test_an_end_that_is_missed() -> None:
 
 def test_interpolation_matches_its_key_boxes() -> None:
     drawn = {k: MADE.boxes[k] for k in (5, 29)}
-    lines = straight(drawn)
+    lines = interpolate_linearly(drawn)
     assert sorted(lines) == list(range(5, 30))
     assert np.allclose(lines[29], MADE.boxes[29])
     assert np.allclose(lines[17], (MADE.boxes[5] + MADE.boxes[29]) / 2)
@@ -93,12 +100,12 @@ def test_actions_are_counted_until_all_boxes_are_right() -> None:
         return drawn
 
     assert actions(sign(), 20, perfect) == 1
-    assert actions(sign(), 20, straight) > 2
+    assert actions(sign(), 20, interpolate_linearly) > 2
     assert actions(sign(), 20, only_drawn) == MOST_ACTIONS
 
 
 def test_a_painted_over_sign_is_removed_from_pixels_and_rows() -> None:
-    pictures, rest = painted(MADE.pictures, sign(), 0.5)
+    pictures, rest = paint_over(MADE.pictures, sign(), 0.5)
     last = max(rest.rows)
     assert last < 29
     assert np.array_equal(pictures[last], MADE.pictures[last])
@@ -109,11 +116,11 @@ def test_a_painted_over_sign_is_removed_from_pixels_and_rows() -> None:
 
 def test_ours_and_a_flow_box_fill_a_life() -> None:
     start = sign().anchor("middle")
-    ours = by_us(MADE.pictures, {start: MADE.boxes[start]}, FollowerModels())
+    ours = follow_with_engine(MADE.pictures, {start: MADE.boxes[start]}, FollowerModels())
     assert figures_of(sign(), ours.boxes)["iou70"] > 0.9
     assert ours.steps == len(ours.boxes)  # without the drawn one, with one that is too narrow
     assert ours.seconds > 0.0
-    klt = by_peer(MADE.pictures, start, MADE.boxes[start], KltBox)
+    klt = follow_with_peer(MADE.pictures, start, MADE.boxes[start], KltBox)
     assert figures_of(sign(), klt.boxes)["iou50"] > 0.3
     assert legacy("KLT") is KltBox
 

@@ -13,8 +13,8 @@ import pytest
 from benchmarks import confirm_choice
 from benchmarks.experiment import Result
 from benchmarks.experiments import frame_rates
-from benchmarks.peers.ours import filter_alone
-from benchmarks.peers.seen import Annotated, Seen, SeenFrame, every
+from benchmarks.peers.engine_tracker import filter_alone
+from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo, every_nth_frame_of
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.params import Params
 from tsr_engine.records import Detections
@@ -30,20 +30,20 @@ def _box(frame: int) -> np.ndarray:
     return np.array([x, y, x + side, y + side])
 
 
-def _seen() -> Seen:
+def _seen() -> DetectedVideo:
     one = np.ones(1)
     frames = tuple(
-        SeenFrame(k, k / 30, Detections(_box(k)[None], 2 * one, one, 2 * one), (0.0, 0.25)) for k in range(FRAMES)
+        DetectedFrame(k, k / 30, Detections(_box(k)[None], 2 * one, one, 2 * one), (0.0, 0.25)) for k in range(FRAMES)
     )
     boxes = np.array([_box(k) for k in range(FRAMES)])
     n = FRAMES
     truth = TrackTable(np.arange(n), np.ones(n, int), boxes, np.zeros(n, int))
-    return Seen(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, frames)
+    return DetectedVideo(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, frames)
 
 
 @pytest.mark.parametrize("step", [1, 3, 4])
 def test_a_reduced_video_is_complete(step: int) -> None:
-    seen, left = _seen(), every(_seen(), step)
+    seen, left = _seen(), every_nth_frame_of(_seen(), step)
     kept = range(0, FRAMES, step)
     assert [f.ordinal for f in left.frames] == list(range(len(kept)))
     assert [f.seconds for f in left.frames] == [seen.frames[k].seconds for k in kept]
@@ -56,7 +56,7 @@ def test_a_reduced_video_is_complete(step: int) -> None:
 
 @pytest.mark.parametrize("step", [1, 2, 4])
 def test_the_filter_alone_follows_at_any_rate(step: int) -> None:
-    left = every(_seen(), step)
+    left = every_nth_frame_of(_seen(), step)
     rows = filter_alone(left, Params.preset("default"))
     found = summarise([evaluate_video("toy", left.video.truth, rows, len(left.frames))])
     assert (found.coverage, found.ids_per_sign, found.false_tracks) == (1.0, 1.0, 0)
@@ -67,9 +67,9 @@ def test_the_filter_alone_follows_at_any_rate(step: int) -> None:
 def test_a_sign_that_was_never_confirmed_has_no_rows() -> None:
     seen = _seen()
     once = Detections(_box(0)[None], np.array([2.0]), np.ones(1), np.array([2.0]))
-    frames = (SeenFrame(0, 0.0, once, (0, 0)), SeenFrame(1, 1 / 30, Detections.empty(), (0, 0)))
+    frames = (DetectedFrame(0, 0.0, once, (0, 0)), DetectedFrame(1, 1 / 30, Detections.empty(), (0, 0)))
     for left, tracked in ((frames, False), (seen.frames, True)):
-        assert (len(filter_alone(Seen(seen.video, 640, 360, 1 / 30, left), Params()).frame) > 0) is tracked
+        assert (len(filter_alone(DetectedVideo(seen.video, 640, 360, 1 / 30, left), Params()).frame) > 0) is tracked
 
 
 def test_confirmation_is_chosen_per_rate_without_judged_scenes(
@@ -83,11 +83,11 @@ def test_confirmation_is_chosen_per_rate_without_judged_scenes(
         (tmp_path / name / "clips.json").write_text(json.dumps({"seed": 9, "clips": clips}))
     looked: list[str] = []
 
-    def look(videos: list[Annotated], scratch: Path) -> list[Seen]:
+    def look(videos: list[Annotated], scratch: Path) -> list[DetectedVideo]:
         looked.extend(video.name for video in videos)
         return [replace(_seen(), video=replace(_seen().video, group=video.group)) for video in videos]
 
-    monkeypatch.setattr(confirm_choice, "look", look)
+    monkeypatch.setattr(confirm_choice, "detect_videos", look)
     monkeypatch.setattr(confirm_choice, "read_clips", lambda folder: {})
     call = ["--clips", str(tmp_path), "--looming", str(tmp_path / "tuned"), "--judged", str(tmp_path / "judged")]
     assert confirm_choice.main([*call, "--setting", "strict:confirm_score=3,sure_score=4"]) == 0

@@ -12,12 +12,12 @@ import pytest
 
 from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import trackers
-from benchmarks.peers import multi, tuning
+from benchmarks.peers import multi_object_trackers, tuning
 from benchmarks.peers.cache import Cache
+from benchmarks.peers.engine_tracker import TrackingResult
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.multi import LEAST, PEERS, Missing, Peer, confidence, rows_of
-from benchmarks.peers.ours import Followed
-from benchmarks.peers.seen import Annotated, Seen, SeenFrame
+from benchmarks.peers.multi_object_trackers import LEAST_SCORE, PEERS, Missing, Peer, confidence, rows_of
+from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo
 from tsr_engine.evaluation.tracking import changed_errors, evaluate_video, shared_errors
 from tsr_engine.records import Detections
 from tsr_engine.track_table import TrackTable
@@ -44,15 +44,15 @@ def _rows(*rows: tuple[int, int, tuple[float, ...]]) -> TrackTable:
     return TrackTable.of_rows((f, t, np.array(b), 0, 1.0, "detected") for f, t, b in rows)
 
 
-def _seen(gap: range = range(0), score: float = 2.0) -> Seen:
+def _seen(gap: range = range(0), score: float = 2.0) -> DetectedVideo:
     """One sign that moves to the right, detected in each frame outside the gap."""
     frames = []
     for k in range(FRAMES):
         n = 0 if k in gap else 1
         boxes, scores = np.array([_box(k)])[:n], np.full(n, score)
-        frames.append(SeenFrame(k, k / 30, Detections(boxes, scores, scores * 0, scores), (0.0, 0.0)))
+        frames.append(DetectedFrame(k, k / 30, Detections(boxes, scores, scores * 0, scores), (0.0, 0.0)))
     truth = _truth([(k, 1, _box(k), False) for k in range(FRAMES)])
-    return Seen(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(frames))
+    return DetectedVideo(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(frames))
 
 
 class _Toy:
@@ -78,8 +78,8 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> Peer:
         Detections = _Boxes
         Toy = _Toy
 
-    monkeypatch.setattr(multi, "load", lambda name: Package)
-    grid = {"change": (3, 100, 5), "activation_score": (0.0,), LEAST: (-1.0,)}
+    monkeypatch.setattr(multi_object_trackers, "load", lambda name: Package)
+    grid = {"change": (3, 100, 5), "activation_score": (0.0,), LEAST_SCORE: (-1.0,)}
     return Peer("toy", "Toy", grid, {"activation_score": "track_activation_threshold"})
 
 
@@ -97,7 +97,7 @@ def test_scores_and_thresholds_become_confidences(toy: Peer) -> None:
     settings = {"change": 100, "activation_score": 1.0}
     assert len(rows_of(toy, _seen(score=0.9), settings)[0].frame) == 0  # activation is a score of 1
     assert len(rows_of(toy, _seen(score=1.1), settings)[0].frame) == FRAMES
-    assert len(rows_of(toy, _seen(score=-1.5), {LEAST: -1.0, "change": 100})[0].frame) == 0
+    assert len(rows_of(toy, _seen(score=-1.5), {LEAST_SCORE: -1.0, "change": 100})[0].frame) == 0
     assert len(rows_of(toy, _seen(score=-1.5), {"change": 100})[0].frame) == FRAMES
 
 
@@ -139,7 +139,7 @@ def test_cached_results_are_used_while_nothing_changed(tmp_path: Path) -> None:
 
 def test_results_round_trip_exactly() -> None:
     rows = _rows((0, 7, (0.1, 1 / 3, 20.0, 30.0)), (2, 8, _box(2)))
-    again = Followed.of(json.loads(json.dumps(Followed(rows, _rows(), 0.25).as_dict())))
+    again = TrackingResult.of(json.loads(json.dumps(TrackingResult(rows, _rows(), 0.25).as_dict())))
     assert again.rows.boxes.tolist() == rows.boxes.tolist()
     assert (again.rows.track.tolist(), again.rows.source_words()) == ([7, 8], ["detected", "detected"])
     assert (len(again.live.frame), again.seconds) == (0, 0.25)
@@ -261,7 +261,7 @@ def test_of_equal_settings_the_next_figure_decides(toy: Peer, monkeypatch: pytes
 
 def test_missing_videos_to_judge_or_tune_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trackers, "annotated", lambda data: ([], "nothing was given."))
-    monkeypatch.setattr(trackers, "look", lambda videos, folder: iter(()))
+    monkeypatch.setattr(trackers, "detect_videos", lambda videos, folder: iter(()))
     with pytest.raises(Skip, match="chosen on"):
         trackers.EXPERIMENT.run(Data(None, None, tmp_path, None, tmp_path))
     monkeypatch.setattr(trackers, "load", lambda name: None)

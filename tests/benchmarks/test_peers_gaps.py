@@ -15,12 +15,21 @@ import pytest
 from benchmarks import gap_choice, online_choice
 from benchmarks.experiment import Result
 from benchmarks.experiments import gaps
-from benchmarks.experiments.tracked import Tracked
-from benchmarks.peers import gap as gap_module
-from benchmarks.peers.gap import LEAD_IN, Gap, Outcome, Still, carry, find_gaps, our_outcomes, summary
-from benchmarks.peers.generic import OpenCvTracker, maker
-from benchmarks.peers.multi import Missing
-from benchmarks.peers.seen import Annotated, Seen, SeenFrame
+from benchmarks.experiments.tracked_clips import Tracked
+from benchmarks.peers import detection_gaps as gap_module
+from benchmarks.peers.detection_gaps import (
+    LEAD_IN,
+    Gap,
+    Outcome,
+    StationaryBox,
+    find_gaps,
+    follow_gap,
+    our_outcomes,
+    summary,
+)
+from benchmarks.peers.multi_object_trackers import Missing
+from benchmarks.peers.opencv_trackers import OpenCvTracker, maker
+from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo
 from tsr_engine.evidence import ResultRow
 from tsr_engine.params import Params
 from tsr_engine.pipeline import FrameInput
@@ -34,19 +43,19 @@ def _box(k: int) -> Any:
     return np.array([100.0 + 2 * k, 50.0, 140.0 + 2 * k, 90.0])
 
 
-def _seen(unseen: range = range(0), frames: int = FRAMES) -> Seen:
+def _seen(unseen: range = range(0), frames: int = FRAMES) -> DetectedVideo:
     made = []
     for k in range(frames):
         n = 0 if k in unseen else 1
         one = np.ones(n)
-        made.append(SeenFrame(k, k / 30, Detections(_box(k)[None][:n], one, one, one), (1.0, 0.0)))
+        made.append(DetectedFrame(k, k / 30, Detections(_box(k)[None][:n], one, one, one), (1.0, 0.0)))
     truth = TrackTable(
         np.arange(frames),
         np.full(frames, 4),
         np.array([_box(k) for k in range(frames)]),
         np.zeros(frames, int),
     )
-    return Seen(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(made))
+    return DetectedVideo(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(made))
 
 
 def test_gaps_start_on_detections_after_the_lead_in() -> None:
@@ -62,7 +71,7 @@ def test_gaps_start_on_detections_after_the_lead_in() -> None:
 def test_a_still_box_falls_behind() -> None:
     where = find_gaps(_seen(), every=100)[0]
     pictures = [np.zeros((360, 640, 3), np.uint8)] * FRAMES
-    outcomes, seconds = carry(Still, pictures, where, where.box)
+    outcomes, seconds = follow_gap(StationaryBox, pictures, where, where.box)
     assert [o.length for o in outcomes] == [5, 10, 20]
     assert [o.error for o in outcomes] == pytest.approx([0.25, 0.5, 1.0])
     assert seconds >= 0
@@ -220,15 +229,15 @@ def test_tuning_uses_no_judged_scene(
 ) -> None:
     looked: list[str] = []
 
-    def look(videos: list[Annotated], scratch: Path) -> list[Seen]:
+    def look(videos: list[Annotated], scratch: Path) -> list[DetectedVideo]:
         looked.extend(video.name for video in videos)
         return [_seen()]
 
-    def end(seen: Seen, shown: object, gap: Gap, params: Params, parts: object) -> tuple[list[Outcome], float]:
+    def end(seen: DetectedVideo, shown: object, gap: Gap, params: Params, parts: object) -> tuple[list[Outcome], float]:
         error = params.pipeline.search_noise / 10 if params.online.use_online else 0.5
         return [Outcome(length, error, 1 - error, False) for length in sorted(gap.ends)], 0.0
 
-    monkeypatch.setattr(gap_choice, "look", look)
+    monkeypatch.setattr(gap_choice, "detect_videos", look)
     monkeypatch.setattr(gap_choice, "our_outcomes", end)
     monkeypatch.setattr(gap_choice, "pictures", lambda seen: [(frame, None) for frame in seen.frames])
     tuned, judged = _approaches(tmp_path / "a", "0", "1", "2", "3"), _approaches(tmp_path / "b", "2")
@@ -258,11 +267,11 @@ def test_tuning_of_the_online_detector_uses_no_judged_scene(
 ) -> None:
     looked: list[str] = []
 
-    def look(videos: list[Annotated], scratch: Path) -> list[Seen]:
+    def look(videos: list[Annotated], scratch: Path) -> list[DetectedVideo]:
         looked.extend(video.name for video in videos)
         return [replace(_seen(), video=replace(_seen().video, group=video.group)) for video in videos]
 
-    def track(seen: Seen, chosen: Mapping[str, Params], parts: object) -> dict[str, Tracked]:
+    def track(seen: DetectedVideo, chosen: Mapping[str, Params], parts: object) -> dict[str, Tracked]:
         """One track on the sign, with the error of the filter alone or of the setting."""
         runs = {}
         for name, params in chosen.items():
@@ -272,7 +281,7 @@ def test_tuning_of_the_online_detector_uses_no_judged_scene(
             runs[name] = Tracked(rows, {}, len(seen.frames))
         return runs
 
-    monkeypatch.setattr(online_choice, "look", look)
+    monkeypatch.setattr(online_choice, "detect_videos", look)
     monkeypatch.setattr(online_choice, "track_together", track)
     monkeypatch.setattr(online_choice, "load_components", lambda params: None)
     tuned = [_approaches(tmp_path / name, "0", scene) for name, scene in (("one", "1"), ("two", "2"))]

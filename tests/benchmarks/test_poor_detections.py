@@ -13,9 +13,9 @@ from benchmarks.experiments import poor_detections
 from benchmarks.experiments.gate import TAU
 from benchmarks.experiments.looming_clips import LoomingClips
 from benchmarks.experiments.poor_detections import KF, UNSEEN, merged, paper_tau, verdict
-from benchmarks.experiments.tracked import PAPER_KF
-from benchmarks.peers.seen import Annotated, Seen, SeenFrame
-from benchmarks.peers.worse import RUN, Worse, reaching, worsened
+from benchmarks.experiments.tracked_clips import PAPER_KF
+from benchmarks.peers.degraded_detections import MEAN_MISSED_RUN, Degradation, bisect_increasing, degrade
+from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo
 from tests import toy_pipeline
 from tsr_engine.evaluation.tracking import VideoReport
 from tsr_engine.records import Detections
@@ -24,20 +24,20 @@ from tsr_engine.track_table import TrackTable
 FRAMES = 1500
 
 
-def _seen() -> Seen:
+def _seen() -> DetectedVideo:
     one = np.ones(2)
     boxes = np.array([[100.0, 80, 140, 100], [300, 80, 320, 120]])
-    frames = tuple(SeenFrame(k, k / 25, Detections(boxes, one, one, one), (0.0, 0.0)) for k in range(FRAMES))
+    frames = tuple(DetectedFrame(k, k / 25, Detections(boxes, one, one, one), (0.0, 0.0)) for k in range(FRAMES))
     truth = TrackTable(np.array([0]), np.array([1]), boxes[:1], np.array([0]))
-    return Seen(Annotated("toy", "", Path("toy.mp4"), truth), 640, 360, 1 / 25, frames)
+    return DetectedVideo(Annotated("toy", "", Path("toy.mp4"), truth), 640, 360, 1 / 25, frames)
 
 
 def test_misses_come_in_runs_of_the_wanted_length_and_number() -> None:
-    frames = worsened(_seen(), Worse(missed=0.4), 3).frames
+    frames = degrade(_seen(), Degradation(missed=0.4), 3).frames
     gone = np.array([not len(frame.detections) for frame in frames])
     assert abs(gone.mean() - 0.4) < 0.06
     runs = np.count_nonzero(gone[1:] & ~gone[:-1]) + gone[0]
-    assert abs(gone.sum() / runs - RUN) < 0.9
+    assert abs(gone.sum() / runs - MEAN_MISSED_RUN) < 0.9
     kept = next(frame for frame in frames if len(frame.detections))
     np.testing.assert_array_equal(kept.detections.boxes, _seen().frames[0].detections.boxes)
 
@@ -47,7 +47,7 @@ def test_edge_noise_scales_with_side_and_level() -> None:
     at = seen.frames[0].detections.boxes
 
     def off(jitter: float) -> np.ndarray:
-        frames = worsened(seen, Worse(jitter=jitter), 0).frames
+        frames = degrade(seen, Degradation(jitter=jitter), 0).frames
         return np.array([frame.detections.boxes - at for frame in frames])
 
     small = off(0.1)
@@ -58,8 +58,8 @@ def test_edge_noise_scales_with_side_and_level() -> None:
 
 
 def test_the_least_value_that_reaches_a_figure_is_found() -> None:
-    assert reaching(0.25, lambda value: value**2, 1.0, 12) == pytest.approx(0.5, abs=1e-3)
-    assert reaching(2.0, lambda value: value**2, 1.0) == 1.0
+    assert bisect_increasing(0.25, lambda value: value**2, 1.0, 12) == pytest.approx(0.5, abs=1e-3)
+    assert bisect_increasing(2.0, lambda value: value**2, 1.0) == 1.0
 
 
 def test_tau_is_chosen_only_with_enough_signs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

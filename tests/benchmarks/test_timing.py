@@ -10,11 +10,11 @@ import pytest
 
 from benchmarks.experiment import Result, machine
 from benchmarks.experiments import scale, yolo_time
+from benchmarks.timing.alternating import Turns, scenes_in_turn
 from benchmarks.timing.growth import exponent
-from benchmarks.timing.in_turn import Turns, scenes_in_turn
-from benchmarks.timing.long_run import NOTES, STEP, Seen, look_once, note_writer, repeated
-from benchmarks.timing.looped import RATE, SIZE, base_clip, looped
-from benchmarks.timing.notes import read_sections
+from benchmarks.timing.long_run import NOTES, STEP, DetectedFrame, detect_once, note_writer, repeated
+from benchmarks.timing.looped_video import RATE, SIZE, base_clip, looped
+from benchmarks.timing.run_notes import read_sections
 from tests import toy_pipeline
 from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import open_video
@@ -35,7 +35,7 @@ def test_all_contenders_get_all_pictures_in_rotating_order() -> None:
 
 def test_the_fastest_of_several_turns_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     seconds = iter([5.0, 1.0, 3.0, 2.0, 4.0, 6.0])
-    monkeypatch.setattr("benchmarks.timing.in_turn.thread_seconds", lambda work, picture: next(seconds))
+    monkeypatch.setattr("benchmarks.timing.alternating.thread_seconds", lambda work, picture: next(seconds))
     pictures = [np.zeros((2, 2, 3), np.uint8)]
     turns = scenes_in_turn({"a": lambda _: None, "b": lambda _: None}, pictures, rounds=3)
     # turn by turn: a 5 b 1, b 3 a 2, a 4 b 6
@@ -63,7 +63,7 @@ def test_a_looped_drive_shows_the_same_pictures_again(tmp_path: Path) -> None:
 
 
 def test_more_frames_than_the_drives_have_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("benchmarks.timing.looped.SHIPPED", ())
+    monkeypatch.setattr("benchmarks.timing.looped_video.SHIPPED", ())
     with pytest.raises(ValueError, match="Got 5"):
         base_clip(tmp_path, 5)
     assert not list(tmp_path.iterdir())
@@ -72,7 +72,7 @@ def test_more_frames_than_the_drives_have_are_refused(tmp_path: Path, monkeypatc
 def test_a_long_run_resumes_after_a_stop(tmp_path: Path) -> None:
     components = toy_pipeline.components()
     pictures = [toy_pipeline.drive_picture(k) for k in range(20)]
-    clip = [Seen(picture, components.detector.detect(picture), (0.0, 0.0)) for picture in pictures]
+    clip = [DetectedFrame(picture, components.detector.detect(picture), (0.0, 0.0)) for picture in pictures]
     identity = VideoIdentity("toy.mp4", "0" * 64, 1)
 
     def go(folder: Path, last: int) -> int:
@@ -94,9 +94,9 @@ def test_a_long_run_resumes_after_a_stop(tmp_path: Path) -> None:
 def test_stored_detections_are_reused(tmp_path: Path) -> None:
     video = toy_pipeline.write_drive(tmp_path / "toy.mp4", 8)
     components = toy_pipeline.components()
-    first = look_once(video, components, toy_pipeline.PARAMS, tmp_path / "seen.json")
+    first = detect_once(video, components, toy_pipeline.PARAMS, tmp_path / "seen.json")
     calls = components.detector.calls
-    again = look_once(video, components, toy_pipeline.PARAMS, tmp_path / "seen.json")
+    again = detect_once(video, components, toy_pipeline.PARAMS, tmp_path / "seen.json")
     assert components.detector.calls == calls == 8
     assert sum(len(seen.detections.boxes) for seen in first) > 0
     for a, b in zip(first, again, strict=True):
@@ -105,7 +105,7 @@ def test_stored_detections_are_reused(tmp_path: Path) -> None:
             one, other = getattr(a.detections, name), getattr(b.detections, name)
             assert one.shape == other.shape
             np.testing.assert_array_equal(one, other)
-    look_once(video, components, toy_pipeline.PARAMS.with_settings([("tau", 9.0)]), tmp_path / "seen.json")
+    detect_once(video, components, toy_pipeline.PARAMS.with_settings([("tau", 9.0)]), tmp_path / "seen.json")
     assert components.detector.calls == 16
 
 

@@ -13,15 +13,15 @@ import pytest
 from sample_videos import SCENARIOS
 from sample_videos.camera import look
 from sample_videos.drive import Drive
-from sample_videos.film import Film
 from sample_videos.generate import generate
-from sample_videos.path import Path
-from sample_videos.plan import plan_poles
-from sample_videos.posts import put_up
+from sample_videos.ground_truth import read_csv
+from sample_videos.linear_canvas import LinearCanvas
+from sample_videos.pole_plan import plan_poles
 from sample_videos.render import Renderer
+from sample_videos.road_path import RoadPath
+from sample_videos.scene_objects import View
 from sample_videos.scenery import build
-from sample_videos.things import View
-from sample_videos.truth import read_csv
+from sample_videos.sign_posts import build_sign_post
 from sample_videos.weather import WEATHERS
 from tsr_engine.pictograms.gtsrb import nominal_width, outline
 
@@ -29,8 +29,8 @@ SIZE = (320, 180)
 
 
 @pytest.fixture(scope="module")
-def road() -> Path:
-    return Path(200.0, [(10.0, 120.0, 0.2)])
+def road() -> RoadPath:
+    return RoadPath(200.0, [(10.0, 120.0, 0.2)])
 
 
 @pytest.fixture(scope="module")
@@ -53,19 +53,21 @@ def renderer(drive: Drive) -> Renderer:
     return Renderer(drive, SIZE, 25, 4)
 
 
-def test_box_is_the_box_of_the_rendered_face(road: Path) -> None:
+def test_box_is_the_box_of_the_rendered_face(road: RoadPath) -> None:
     """Each sign is painted alone: its coverage has the bounds and the area of the projected outline."""
     rng = np.random.default_rng(2)
     width, height = 960, 540
     poles = [[0], [12, 7], [13], [14], [31], [40], [25, 9]]
-    signs = [s for k, classes in enumerate(poles) for s in put_up(rng, road, 20.0 + k, 5.0, classes, 1, 0.0)[0]]
+    signs = [
+        s for k, classes in enumerate(poles) for s in build_sign_post(rng, road, 20.0 + k, 5.0, classes, 1, 0.0)[0]
+    ]
     for sign in signs:
         right, forward = road.frame(sign.s)
         for far in (9.0, 14.0, 25.0):
             eye = sign.place - forward * far - right * 2.0
             eye[1] = 1.3
             camera = look(width, height, 850.0, eye, road.heading(sign.s) + 0.02, 0.01, 0.03)
-            film, day = Film(width, height), WEATHERS["day"]
+            film, day = LinearCanvas(width, height), WEATHERS["day"]
             view = View(camera, camera, day, film, day.horizon, lambda _: (1.0, 1.0))
             sign.draw(view)
             polygon = sign.polygon(camera)
@@ -79,10 +81,10 @@ def test_box_is_the_box_of_the_rendered_face(road: Path) -> None:
             assert seen.left.sum() == pytest.approx(cv2.contourArea(polygon.astype(np.float32)), rel=0.03)
 
 
-def test_the_width_follows_the_pinhole_camera(road: Path) -> None:
+def test_the_width_follows_the_pinhole_camera(road: RoadPath) -> None:
     """A disc of diameter D at depth Z straight ahead is f D / Z wide."""
     rng = np.random.default_rng(0)
-    signs, _ = put_up(rng, road, 0.0, 0.0, [2], 1, 0.0)
+    signs, _ = build_sign_post(rng, road, 0.0, 0.0, [2], 1, 0.0)
     sign = signs[0]
     _, forward = road.frame(0.0)
     for z in (6.0, 12.0, 24.0, 48.0):

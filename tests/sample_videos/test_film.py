@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sample_videos.film import Film, streak
+from sample_videos.linear_canvas import LinearCanvas, motion_blur_kernel
 
 
 def _patch(h: int, w: int, alpha: float, colour: float = 1.0) -> np.ndarray:
@@ -16,7 +16,7 @@ def _patch(h: int, w: int, alpha: float, colour: float = 1.0) -> np.ndarray:
 
 
 def test_nearer_objects_reduce_visibility() -> None:
-    film = Film(40, 30)
+    film = LinearCanvas(40, 30)
     face = _patch(10, 10, 1.0, 0.2)
     film.blend(face, 5, 5)
     film.watch(7, face[..., 3], 5, 5, 100.0)
@@ -30,7 +30,7 @@ def test_nearer_objects_reduce_visibility() -> None:
 
 
 def test_areas_outside_the_picture_are_not_visible() -> None:
-    film = Film(40, 30)
+    film = LinearCanvas(40, 30)
     face = _patch(10, 10, 1.0)
     film.blend(face, 36, -5)
     film.watch(1, face[..., 3], 36, -5, 100.0)
@@ -38,8 +38,8 @@ def test_areas_outside_the_picture_are_not_visible() -> None:
 
 
 def test_a_streak_keeps_its_brightness_and_follows_the_motion() -> None:
-    assert streak(0.5, 0.5) is None
-    kernel = streak(9.0, 0.0)
+    assert motion_blur_kernel(0.5, 0.5) is None
+    kernel = motion_blur_kernel(9.0, 0.0)
     assert kernel is not None
     assert kernel.sum() == pytest.approx(1.0)
     rows, columns = np.flatnonzero(kernel.sum(1) > 0.01), np.flatnonzero(kernel.sum(0) > 0.01)
@@ -48,7 +48,7 @@ def test_a_streak_keeps_its_brightness_and_follows_the_motion() -> None:
 
 
 def test_blur_spreads_a_patch_without_loss() -> None:
-    film = Film(60, 40)
-    film.blend(_patch(6, 6, 1.0), 20, 20, streak(8.0, 0.0))
+    film = LinearCanvas(60, 40)
+    film.blend(_patch(6, 6, 1.0), 20, 20, motion_blur_kernel(8.0, 0.0))
     assert film.image[..., 0].sum() == pytest.approx(36.0, rel=1e-3)
     assert film.image[23, 17, 0] > 0.05

@@ -9,8 +9,8 @@ import av
 import pytest
 
 from sample_videos import SHIPPED
+from sample_videos.ground_truth import MIN_FACE_PX, read_csv
 from sample_videos.shipped import ShippedClip
-from sample_videos.truth import SMALLEST, read_csv
 from tsr_engine.pictograms.gtsrb import N_CLASSES
 
 
@@ -49,7 +49,7 @@ def test_signs_loom_and_leave(clip: ShippedClip) -> None:
         first, last = track[0], track[-1]
         big = max(track, key=lambda r: r.y2 - r.y1)
         assert len({r.class_id for r in track}) == 1
-        if first.x2 - first.x1 < SMALLEST and big.y2 - big.y1 > 60:
+        if first.x2 - first.x1 < MIN_FACE_PX and big.y2 - big.y1 > 60:
             grown += 1
             classes.add(first.class_id)
             assert last.frame < rows[-1].frame or last.frame >= big.frame

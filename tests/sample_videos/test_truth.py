@@ -6,20 +6,20 @@ from pathlib import Path
 
 import pytest
 
-from sample_videos.truth import HEADER, Row, read_csv, row, write_csv
+from sample_videos.ground_truth import HEADER, Row, make_row, read_csv, write_csv
 
 
 def test_a_row_is_clipped_to_the_picture() -> None:
-    made = row(3, 1, (90.0, -5.0, 130.0, 35.0), (100, 80), 14, 0.4)
+    made = make_row(3, 1, (90.0, -5.0, 130.0, 35.0), (100, 80), 14, 0.4)
     assert made == Row(3, 1, 90.0, 0.0, 100.0, 35.0, 14, 0.4, 0)
-    assert row(3, 1, (101.0, 10.0, 130.0, 35.0), (100, 80), 14, 0.0) is None
+    assert make_row(3, 1, (101.0, 10.0, 130.0, 35.0), (100, 80), 14, 0.0) is None
 
 
 @pytest.mark.parametrize(
     ("side", "visibility", "ignore"), [(11.9, 1.0, 1), (12.1, 1.0, 0), (60.0, 0.34, 1), (60.0, 0.36, 0)]
 )
 def test_small_and_hidden_faces_are_ignored(side: float, visibility: float, ignore: int) -> None:
-    made = row(0, 1, (10.0, 10.0, 10.0 + side, 40.0 + side), (640, 480), 2, visibility)
+    made = make_row(0, 1, (10.0, 10.0, 10.0 + side, 40.0 + side), (640, 480), 2, visibility)
     assert made is not None
     assert made.ignore == ignore
 

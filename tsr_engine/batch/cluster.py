@@ -33,7 +33,7 @@ def connect(address: str | None, *, start_local: bool) -> Any:  # Any: mypy does
         MissingExtra: Ray is not installed.
         ClusterUnreachable: the cluster cannot be reached.
     """
-    if not alone:
+    if not start_local:
         os.environ.setdefault("RAY_NUM_REDIS_GET_RETRIES", _TRIES)  # read when Ray is imported
     with explained():
         import ray

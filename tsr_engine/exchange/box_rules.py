@@ -9,8 +9,8 @@ from typing import TypeVar, cast
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Skipped
 from tsr_engine.exchange.formats import BAD_BOXES, ImportTarget
-from tsr_engine.plural import plural
 from tsr_engine.exchange.reading import location_of, rule_error
+from tsr_engine.plural import plural
 
 __all__ = ["NO_BOX", "BoxRules", "Edges"]
 

@@ -29,8 +29,8 @@ from tsr_engine.exchange.small_file_store import SmallFileStore, list_all_files,
 from tsr_engine.exchange.truncated_files import report_truncated
 from tsr_engine.exchange.yolo.class_names import read_class_names
 from tsr_engine.exchange.yolo.row_shapes import YoloLine, YoloRow, rows_to_boxes
-from tsr_engine.plural import plural
 from tsr_engine.io.plain_numbers import parse_real
+from tsr_engine.plural import plural
 
 __all__ = ["SIDECAR", "SIDECAR_COLUMNS", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]
 

@@ -13,8 +13,8 @@ from itertools import repeat
 from math import inf
 
 from tsr_engine.exchange.import_validator import ImportValidator
-from tsr_engine.plural import plural
 from tsr_engine.exchange.reading import rule_error
+from tsr_engine.plural import plural
 
 __all__ = ["YoloLine", "YoloRow", "rows_to_boxes"]
 

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from tsr_engine.json_shapes import JsonMapping
 
-SMALLEST = 12.0
+MIN_FACE_PX = 12.0
 """Shorter side of a face, pixels, below which it is to be ignored."""
 
-LEAST_IN_SIGHT = 0.35
+MIN_VISIBILITY = 0.35
 """Visible share of a face below which it cannot be read and is to be ignored."""
 
 HEADER = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
@@ -31,7 +31,7 @@ class Row(NamedTuple):
         y2: Bottom.
         class_id: GTSRB class.
         visibility: Visible share of the projected face: inside the picture and not covered by nearer objects.
-        ignore: 1 if the face is smaller than `SMALLEST` or its visible share below `LEAST_IN_SIGHT`.
+        ignore: 1 if the face is smaller than `MIN_FACE_PX` or its visible share below `MIN_VISIBILITY`.
     """
 
     frame: int
@@ -45,7 +45,7 @@ class Row(NamedTuple):
     ignore: int
 
 
-def row(
+def make_row(
     frame: int,
     track_id: int,
     bounds: tuple[float, float, float, float],
@@ -64,11 +64,11 @@ def row(
         visibility: Visible share.
     """
     x1, y1, x2, y2 = bounds
-    small = min(x2 - x1, y2 - y1) < SMALLEST
+    small = min(x2 - x1, y2 - y1) < MIN_FACE_PX
     x1, y1, x2, y2 = max(x1, 0.0), max(y1, 0.0), min(x2, float(size[0])), min(y2, float(size[1]))
     if x2 - x1 <= 0.5 or y2 - y1 <= 0.5:
         return None
-    ignore = int(small or visibility < LEAST_IN_SIGHT)
+    ignore = int(small or visibility < MIN_VISIBILITY)
     return Row(
         frame, track_id, round(x1, 2), round(y1, 2), round(x2, 2), round(y2, 2), class_id, round(visibility, 3), ignore
     )

@@ -12,7 +12,7 @@ Patch = NDArray[np.float32]
 
 
 @dataclass
-class Watched:
+class SignVisibility:
     """The visible part of a sign's face while nearer objects are painted over it.
 
     Attributes:
@@ -34,7 +34,7 @@ class Watched:
         return float(np.clip(self.left.sum() / self.area, 0, 1)) if self.area > 0 else 0.0
 
 
-def streak(dx: float, dy: float) -> Patch | None:
+def motion_blur_kernel(dx: float, dy: float) -> Patch | None:
     """A line kernel of a length and direction in pixels; None if it would blur less than a pixel."""
     length = float(np.hypot(dx, dy))
     if length < 1.2:
@@ -50,7 +50,7 @@ def streak(dx: float, dy: float) -> Patch | None:
     return np.asarray(out / out.sum(), np.float32)
 
 
-class Film:
+class LinearCanvas:
     """A linear-light picture that is painted from far to near.
 
     Attributes:
@@ -60,7 +60,7 @@ class Film:
 
     def __init__(self, width: int, height: int) -> None:
         self.image = np.zeros((height, width, 3), np.float32)
-        self.watched: list[Watched] = []
+        self.watched: list[SignVisibility] = []
 
     def blend(self, patch: Patch, x: int, y: int, blur: Patch | None = None) -> None:
         """Paint a premultiplied BGRA patch with its upper left pixel at (x, y); signs below it lose coverage."""
@@ -95,4 +95,4 @@ class Film:
         rows, columns = np.arange(y, y + kept.shape[0]), np.arange(x, x + kept.shape[1])
         kept[(rows < 0) | (rows >= height)] = 0
         kept[:, (columns < 0) | (columns >= width)] = 0
-        self.watched.append(Watched(track_id, x, y, kept, area))
+        self.watched.append(SignVisibility(track_id, x, y, kept, area))

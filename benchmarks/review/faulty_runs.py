@@ -10,19 +10,19 @@ import numpy as np
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["KINDS", "ROUNDS", "Case", "planted"]
+__all__ = ["KINDS", "ROUNDS", "Case", "make_faulty_run"]
 
 KINDS = ("right", "label", "box", "end", "box, label and end", "missed")
 """Faults of labelled signs in the rounds; signs without a label have no faults."""
 ROUNDS = 3
 """Number of runs of a clip; with two signs, each kind occurs once."""
 _FALSE_FRAMES = 14
-_TOO_LONG = 12
+_EXTRA_FRAMES = 12
 """Number of frames by which a track with a wrong end is too long."""
-_OFF = 0.4
+_BOX_SHIFT = 0.4
 """Displacement of a wrong box, as a share of its width."""
-_LEAST_FRAMES = 10
-_LEAST_WIDTH = 14.0
+_MIN_FRAMES = 10
+_MIN_WIDTH_PX = 14.0
 
 
 @dataclass(slots=True)
@@ -59,7 +59,7 @@ class Case:
         return max(self.truth)
 
 
-def planted(
+def make_faulty_run(
     truth: TrackTable, size: tuple[int, int], frames: int, turn: int, seed: int
 ) -> tuple[bytes, dict[int, Case]]:
     """A run as a table of the format ``tracks-csv``, and its faults.
@@ -99,8 +99,8 @@ def _signs(truth: TrackTable) -> Iterator[tuple[int, dict[int, FloatArray]]]:
     for sign in np.unique(truth.track):
         rows = np.flatnonzero(truth.track == sign)
         widths = truth.boxes[rows, 2] - truth.boxes[rows, 0]
-        rows = rows[(widths >= _LEAST_WIDTH / 2)]
-        if len(rows) < _LEAST_FRAMES or widths.max() < _LEAST_WIDTH:
+        rows = rows[(widths >= _MIN_WIDTH_PX / 2)]
+        if len(rows) < _MIN_FRAMES or widths.max() < _MIN_WIDTH_PX:
             continue
         values, counts = np.unique(truth.class_id[rows], return_counts=True)
         boxes = dict(zip(truth.frame[rows].tolist(), truth.boxes[rows], strict=True))
@@ -121,12 +121,12 @@ def _rows(number: int, case: Case, size: tuple[int, int], frames: int) -> Iterat
     for frame in range(case.first, case.last + 1):
         box = case.truth[frame]
         if "box" in case.faults and frame == case.box_frame:
-            way = _OFF * (box[2] - box[0])
+            way = _BOX_SHIFT * (box[2] - box[0])
             right = np.array([way, 0, way, 0])
             box = case.wrong_box = box + (right if box[2] + way < size[0] else -right)
         yield _row(frame, number, box, label)
     if "end" in case.faults:
-        for frame in range(case.last + 1, min(frames, case.last + 1 + _TOO_LONG)):
+        for frame in range(case.last + 1, min(frames, case.last + 1 + _EXTRA_FRAMES)):
             yield _row(frame, number, last, label)
 
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
-from benchmarks.peers.gap import Follower
-from benchmarks.peers.multi import Missing
+from benchmarks.peers.detection_gaps import Follower
+from benchmarks.peers.multi_object_trackers import Missing
 from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["GENERIC", "OpenCvTracker", "maker"]

@@ -23,13 +23,13 @@ from websockets.sync.connection import Connection
 
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["UnwatchedPage", "open_unwatched"]
+__all__ = ["DebugPortPage", "open_debug_port_page"]
 
 _START = 60.0
 """Largest start time of the browser, s."""
 
 
-class UnwatchedPage:
+class DebugPortPage:
     """The only page of its browser.
 
     Attributes:
@@ -83,7 +83,9 @@ class UnwatchedPage:
 
 
 @contextlib.contextmanager
-def open_unwatched(chromium: str, flags: list[str], address: str, size: tuple[int, int]) -> Iterator[UnwatchedPage]:
+def open_debug_port_page(
+    chromium: str, flags: list[str], address: str, size: tuple[int, int]
+) -> Iterator[DebugPortPage]:
     """Start headless Chromium with one address.
 
     Args:
@@ -101,7 +103,7 @@ def open_unwatched(chromium: str, flags: list[str], address: str, size: tuple[in
             try:
                 port = _port(Path(profile) / "DevToolsActivePort")
                 with connect(_target(port), max_size=None) as socket:
-                    yield UnwatchedPage(browser.pid, socket)
+                    yield DebugPortPage(browser.pid, socket)
             finally:
                 browser.terminate()
 

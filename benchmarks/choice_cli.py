@@ -13,7 +13,7 @@ import cv2
 from benchmarks.experiment import Skip
 from tsr_engine.errors import TsrError
 
-__all__ = ["choice_parser", "report"]
+__all__ = ["choice_parser", "print_report"]
 
 
 def choice_parser(name: str, about: str | None) -> argparse.ArgumentParser:
@@ -33,7 +33,7 @@ def choice_parser(name: str, about: str | None) -> argparse.ArgumentParser:
     return parser
 
 
-def report(name: str, scratch: Path | None, compute: Callable[[Path], str]) -> int:
+def print_report(name: str, scratch: Path | None, compute: Callable[[Path], str]) -> int:
     """Print the result of a command, or one sentence that says why there is none; returns the exit code.
 
     Args:

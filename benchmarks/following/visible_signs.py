@@ -12,7 +12,7 @@ from tsr_engine.geometry.boxes import clip
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["POSITIONS", "Sign", "painted", "signs_of"]
+__all__ = ["POSITIONS", "Sign", "paint_over", "signs_of"]
 
 POSITIONS = {"first third": 1 / 6, "middle": 1 / 2, "last third": 5 / 6}
 """Frames in which a sign is drawn, as shares of its visible life."""
@@ -74,7 +74,7 @@ def signs_of(truth: TrackTable, width: int, height: int) -> list[Sign]:
     return sorted(found, key=lambda sign: -max(b[2] - b[0] for b in sign.life.values()))
 
 
-def painted(pictures: Sequence[Picture], sign: Sign, share: float = 0.6) -> tuple[list[Picture], Sign]:
+def paint_over(pictures: Sequence[Picture], sign: Sign, share: float = 0.6) -> tuple[list[Picture], Sign]:
     """Make a sign vanish: from some frame of its life on, its surroundings are painted over it.
 
     Args:

@@ -22,7 +22,7 @@ from tsr_engine.records import Detections, Picture
 from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["Annotated", "Seen", "SeenFrame", "every", "look", "pictures"]
+__all__ = ["Annotated", "DetectedFrame", "DetectedVideo", "detect_videos", "every_nth_frame_of", "pictures"]
 
 STEPS = (
     "channels", "detection", "geometry", "io", "tracking/camera_shift.py", "tracking/focus_of_expansion.py",
@@ -56,7 +56,7 @@ class Annotated:
 
 
 @dataclass(frozen=True, slots=True)
-class SeenFrame:
+class DetectedFrame:
     """The input of a tracker for one frame.
 
     Attributes:
@@ -73,7 +73,7 @@ class SeenFrame:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class DetectedVideo:
     """A video with our detections.
 
     Attributes:
@@ -90,7 +90,7 @@ class Seen:
     width: int
     height: int
     interval: float
-    frames: tuple[SeenFrame, ...]
+    frames: tuple[DetectedFrame, ...]
     coast_foe_y: float | None = None
 
     def with_focus(self, params: Params) -> Params:
@@ -100,7 +100,9 @@ class Seen:
         return params.with_settings([("coast_foe_y", self.coast_foe_y)])
 
 
-def look(videos: Sequence[Annotated], store: Path, components: Components | None = None) -> Iterator[Seen]:
+def detect_videos(
+    videos: Sequence[Annotated], store: Path, components: Components | None = None
+) -> Iterator[DetectedVideo]:
     """Detect in each video once, with the shipped detector and the ``default`` preset.
 
     The result of an earlier call is reused if video, models, parameters and detection code are the same.
@@ -119,13 +121,15 @@ def look(videos: Sequence[Annotated], store: Path, components: Components | None
         with EvidenceReader(folder) as reader:
             table, coast_foe_y = reader.header.frame_table, reader.header.parameters["tracking"]["coast_foe_y"]
             frames = tuple(
-                SeenFrame(f.ordinal, f.seconds, f.detections, (float(f.shift[0]), float(f.shift[1])))
+                DetectedFrame(f.ordinal, f.seconds, f.detections, (float(f.shift[0]), float(f.shift[1])))
                 for f in reader.frames(pixels=False)
             )
-        yield Seen(video, int(table["width"]), int(table["height"]), float(table["interval"]), frames, coast_foe_y)
+        yield DetectedVideo(
+            video, int(table["width"]), int(table["height"]), float(table["interval"]), frames, coast_foe_y
+        )
 
 
-def every(seen: Seen, step: int) -> Seen:
+def every_nth_frame_of(seen: DetectedVideo, step: int) -> DetectedVideo:
     """A video with only every ``step``-th frame, as from a camera of that rate.
 
     Detections stay the same. The camera shift is summed over the frames that are left out. Frames are renumbered, so
@@ -136,20 +140,20 @@ def every(seen: Seen, step: int) -> Seen:
         shift += frame.shift
         if number % step == 0:
             total = (float(shift[0]), float(shift[1]))
-            frames.append(SeenFrame(number // step, frame.seconds, frame.detections, total))
+            frames.append(DetectedFrame(number // step, frame.seconds, frame.detections, total))
             shift = np.zeros(2)
     video = replace(seen.video, truth=every_nth_frame(seen.video.truth, step))
     return replace(seen, interval=seen.interval * step, frames=tuple(frames), video=video)
 
 
-def pictures(seen: Seen) -> Iterator[tuple[SeenFrame, Picture]]:
+def pictures(seen: DetectedVideo) -> Iterator[tuple[DetectedFrame, Picture]]:
     """The frames with their pixels, decoded again."""
     with open_video(seen.video.path) as video:
         for frame, known in zip(video.frames(), seen.frames, strict=True):
             yield known, frame.picture
 
 
-def _seeing(parameters: JsonMapping) -> str:
+def _detection_parameters(parameters: JsonMapping) -> str:
     """The parameters that detections and camera shift depend on, without those of tracking."""
     tracking = parameters["tracking"]
     used = {name: tracking.get(name) for name in ("use_camera_shift", "shift_scale", "foe_x", "foe_y")}
@@ -162,6 +166,10 @@ def _is_current(folder: Path, video: Path, params: Params, models: Mapping[str, 
         with EvidenceReader(folder) as reader:
             header = reader.header
             same = header.video.sha256 == file_digest(video) and dict(header.models) == dict(models)
-            return same and reader.state == "complete" and _seeing(header.parameters) == _seeing(params.model_dump())
+            return (
+                same
+                and reader.state == "complete"
+                and _detection_parameters(header.parameters) == _detection_parameters(params.model_dump())
+            )
     except TsrError:  # a new store replaces any faulty one
         return False

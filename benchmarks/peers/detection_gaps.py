@@ -13,15 +13,25 @@ from typing import Protocol
 
 import numpy as np
 
-from benchmarks.peers.ours import frame_input, start
-from benchmarks.peers.seen import Seen
+from benchmarks.peers.engine_tracker import frame_input, start
+from benchmarks.peers.stored_detections import DetectedVideo
 from tsr_engine.geometry.boxes import clip, iou, non_overlap
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Models, one_blas_thread
 from tsr_engine.records import Detections, FloatArray, FrameEvidence, Picture
 
-__all__ = ["LENGTHS", "Follower", "Gap", "Outcome", "Still", "carry", "find_gaps", "our_outcomes", "summary"]
+__all__ = [
+    "LENGTHS",
+    "Follower",
+    "Gap",
+    "Outcome",
+    "StationaryBox",
+    "find_gaps",
+    "follow_gap",
+    "our_outcomes",
+    "summary",
+]
 
 LENGTHS = (5, 10, 20)
 """Lengths of gaps, frames."""
@@ -82,7 +92,7 @@ class Follower(Protocol):
         ...
 
 
-class Still:
+class StationaryBox:
     """A tracker whose box does not move, as a baseline."""
 
     def start(self, picture: Picture, box: FloatArray) -> None:
@@ -94,7 +104,7 @@ class Still:
         return self._box
 
 
-def find_gaps(seen: Seen, every: int, lengths: Sequence[int] = LENGTHS) -> list[Gap]:
+def find_gaps(seen: DetectedVideo, every: int, lengths: Sequence[int] = LENGTHS) -> list[Gap]:
     """Find the starts of gaps on every counted and detected sign.
 
     The sign must be annotated from the start of the lead-in to the end of the shortest gap at least.
@@ -124,7 +134,7 @@ def find_gaps(seen: Seen, every: int, lengths: Sequence[int] = LENGTHS) -> list[
     return gaps
 
 
-def carry(
+def follow_gap(
     make: Callable[[], Follower], pictures: Sequence[Picture], gap: Gap, box: FloatArray
 ) -> tuple[list[Outcome], float]:
     """Follow a gap with a generic tracker.
@@ -153,14 +163,14 @@ def carry(
 
 
 def our_outcomes(
-    seen: Seen, pictures: Sequence[Picture], gap: Gap, params: Params, parts: Models
+    seen: DetectedVideo, pictures: Sequence[Picture], gap: Gap, params: Params, parts: Models
 ) -> tuple[list[Outcome], float]:
     """Follow a gap with our tracker, which gets ``LEAD_IN`` frames before it.
 
     It gets no detections in the gap; all other parts (prediction, gate, online detector, camera shift) work as usual.
 
     Returns:
-        As :func:`carry`.
+        As :func:`follow_gap`.
     """
     core = start(seen, params, parts)
     mine: int | None = None

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.experiments.remembered import Memory
-from benchmarks.peers.seen import Annotated, Seen, SeenFrame, look, pictures
+from benchmarks.experiments.result_cache import ResultCache
+from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo, detect_videos, pictures
 from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.evaluation.track_tables import result_table
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
@@ -123,13 +123,13 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
         configurations: name -> parameters.
         scratch: folder for evidence and reports, which later calls use again.
     """
-    memory = Memory(scratch / "tracked")
+    memory = ResultCache(scratch / "tracked")
     components = {name: load_components(params) for name, params in configurations.items()}
     shipped = load_components(Params.preset("default"))
     scored = {name: Scored() for name in configurations}
     for title, (path, truth) in videos.items():
         video = Annotated(title, "", path, truth)
-        see = partial(next, look([video], scratch / "detections", shipped))
+        see = partial(next, detect_videos([video], scratch / "detections", shipped))
         for name, found in reports_of(title, video, see, configurations, components, memory).items():
             scored[name].add(*found)
     return scored
@@ -138,10 +138,10 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
 def reports_of(
     title: str,
     video: Annotated,
-    see: Callable[[], Seen],
+    see: Callable[[], DetectedVideo],
     configurations: Mapping[str, Params],
     components: Mapping[str, Components],
-    memory: Memory,
+    memory: ResultCache,
 ) -> dict[str, tuple[VideoReport, Mapping[str, float]]]:
     """Report and stages of each configuration on a video; configurations without a stored report are tracked now.
 
@@ -153,7 +153,9 @@ def reports_of(
         components: name -> models.
         memory: store of reports.
     """
-    keys = {n: Memory.key(title, video.path, video.truth, p, components[n].models) for n, p in configurations.items()}
+    keys = {
+        n: ResultCache.key(title, video.path, video.truth, p, components[n].models) for n, p in configurations.items()
+    }
     known = {name: found for name, key in keys.items() if (found := memory.find(key)) is not None}
     missing = {name: params for name, params in configurations.items() if name not in known}
     if missing:
@@ -164,14 +166,14 @@ def reports_of(
     return {name: known[name] for name in configurations}
 
 
-def report_of(seen: Seen, run: Tracked) -> VideoReport:
+def report_of(seen: DetectedVideo, run: Tracked) -> VideoReport:
     """The report of a configuration on a video."""
     video = seen.video
     return evaluate_video(video.name, video.truth, result_table(run.rows), run.frames, size=(seen.width, seen.height))
 
 
 def track_together(
-    seen: Seen, configurations: Mapping[str, Params], components: Mapping[str, Components]
+    seen: DetectedVideo, configurations: Mapping[str, Params], components: Mapping[str, Components]
 ) -> dict[str, Tracked]:
     """Track one video with all configurations.
 
@@ -234,7 +236,7 @@ def redrawn(boxes: FloatArray, before: Params, now: Params, width: int, height: 
     return clip(drawn, width, height)
 
 
-def _given(frame: SeenFrame, pixels: FramePixels, params: Params, seen: Seen) -> FrameInput:
+def _given(frame: DetectedFrame, pixels: FramePixels, params: Params, seen: DetectedVideo) -> FrameInput:
     """The core's input for one frame in a run with these parameters.
 
     Raises:

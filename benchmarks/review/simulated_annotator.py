@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from benchmarks.review.planted import Case
+from benchmarks.review.faulty_runs import Case
 from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from tsr_engine.records import FloatArray
 
-__all__ = ["Annotator", "Proposals", "Work", "steps_of"]
+__all__ = ["Proposals", "SimulatedAnnotator", "Work", "steps_of"]
 
 Proposals = list[tuple[int, list[float]]]
 """Pairs of frame and accepted box, px edges."""
@@ -33,9 +33,9 @@ _STATE = """() => { const r = tsr.store.get().review; return { frame: r.frame, s
   view: r.viewport }; }"""
 _PROPOSED = "() => Object.entries(tsr.store.get().review.following.proposals).map(([k, p]) => [Number(k), p.box])"
 _OPERATIONS = """async () => (await import('/static/js/operations/registry.js')).allOperations().map((one) => one.id)"""
-_PATIENCE = 600.0
+_TIMEOUT_S = 600.0
 """Largest time of the page for one step on a busy machine, s; following may have to start a worker."""
-_PIXELS = 3
+_DRAG_PX_PER_FRAME = 3
 """Distance to drag the end of a bar for one frame, px, unless the page needs more."""
 
 
@@ -44,7 +44,7 @@ class Work:
     """The work on one track.
 
     Attributes:
-        kind: fault of the track, see ``planted.KINDS``.
+        kind: fault of the track, see ``faulty_runs.KINDS``.
         actions: the actions, in order.
         seconds: time until the page was ready for the next track.
     """
@@ -54,7 +54,7 @@ class Work:
     seconds: float = 0.0
 
 
-class Annotator:
+class SimulatedAnnotator:
     """Works through all tracks of one run.
 
     Args:
@@ -74,7 +74,7 @@ class Annotator:
         self._accepts = "end-here" in known
         self._trims = page.locator(".lanes-end").count() == 1
 
-    def work_off(self) -> list[Work]:
+    def work_through(self) -> list[Work]:
         """Work on all tracks of the queue, then on the missed signs; returns the work on each."""
         done: list[Work] = []
         left = {number for number in self._cases if number >= 0}
@@ -243,7 +243,7 @@ class Annotator:
         mouse.move(at, y)
         mouse.down()
         while (frame := self._state()["frame"]) != last:
-            at += _PIXELS * (last - frame)
+            at += _DRAG_PX_PER_FRAME * (last - frame)
             mouse.move(at, y)
             self._page.evaluate("() => new Promise((done) => requestAnimationFrame(() => done()))")
         self._wait(lambda s: s["frame"] == last and s["ready"])
@@ -286,7 +286,7 @@ class Annotator:
         return found
 
     def _wait(self, holds: Callable[[JsonObject], bool]) -> JsonObject:
-        end = time.monotonic() + _PATIENCE
+        end = time.monotonic() + _TIMEOUT_S
         while not holds(now := self._state()):
             if time.monotonic() > end:
                 raise RuntimeError(f"The page did not go on after {self._work.actions}: {now}")

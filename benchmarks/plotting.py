@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["COLOURS", "draw_precision_recall", "drawing", "legend_below"]
+__all__ = ["COLOURS", "draw_precision_recall", "legend_below", "saved_figure"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Palette of Okabe and Ito, which people with colour blindness can distinguish."""
@@ -22,7 +22,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 
 @contextmanager
 # Any: one Axes, or an array of them
-def drawing(path: Path, across: int = 1, size: tuple[float, float] = (6.4, 3.6)) -> Iterator[Any]:
+def saved_figure(path: Path, across: int = 1, size: tuple[float, float] = (6.4, 3.6)) -> Iterator[Any]:
     """Axes, or a list of them if ``across`` is above 1; the figure is saved at the end of the block."""
     with mpl.rc_context({"svg.hashsalt": "tsr", "axes.prop_cycle": cycler(color=COLOURS), "font.size": 9}):
         figure = Figure(figsize=(size[0] * across, size[1]), layout="constrained")
@@ -49,7 +49,7 @@ def draw_precision_recall(path: Path, curves: Mapping[str, JsonMapping], styles:
         curves: name -> ``recall``, ``precision`` and ``ap``.
         styles: name -> Matplotlib's line style.
     """
-    with drawing(path) as axes:
+    with saved_figure(path) as axes:
         for name, style in styles.items():
             f = curves[name]
             axes.plot(f["recall"], f["precision"], style, label=f"{name} (AP {f['ap']:.3f})")

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.review.annotator import Annotator, Proposals
-from benchmarks.review.desk import Desk, open_review
-from benchmarks.review.planted import Case
+from benchmarks.review.browser_session import BrowserSession, open_review
+from benchmarks.review.faulty_runs import Case
+from benchmarks.review.simulated_annotator import Proposals, SimulatedAnnotator
 from tsr_engine.follow import MIN_WIDTH_PX
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.json_shapes import JsonObject
@@ -20,13 +20,13 @@ from tsr_engine.records import FloatArray
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-__all__ = ["bring_back", "draw_missed", "press"]
+__all__ = ["draw_missed", "extend_late_tracks", "time_first_proposal"]
 
-_LATE = 2 / 3
+_MISSING_SHARE = 2 / 3
 """Share of a sign's life that a late track lacks at its beginning."""
-_WARM = 12.0
+_WARM_UP_S = 12.0
 """Seconds with an open page until the standby worker has loaded everything."""
-_STILL = 1000
+_PAUSE_MS = 1000
 """Milliseconds from a new frame to the key press."""
 _HEAD = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"
 _LISTEN = """() => {
@@ -42,11 +42,13 @@ _LISTEN = """() => {
 }"""
 
 
-def bring_back(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[JsonObject]:
+def extend_late_tracks(
+    session: BrowserSession, video: str, cases: Mapping[int, Case], names: Mapping[int, str]
+) -> list[JsonObject]:
     """Follow each of a run's tracks, which all begin late, back to the first frame of its sign.
 
     Args:
-        desk: server and browser.
+        session: server and browser.
         video: id of the video.
         cases: signs by the number of their track.
         names: label id -> its name.
@@ -55,39 +57,43 @@ def bring_back(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping
         A row for each sign: ``actions``, and ``share`` of its life with an IoU of at least 0.7 afterwards.
     """
     late = {number: _late(case) for number, case in cases.items()}
-    page = _opened(desk, video, late)
+    page = _opened(session, video, late)
     rows = []
-    for number, work, taken in Annotator(page, dict(cases), dict(names)).bring_back():
+    for number, work, taken in SimulatedAnnotator(page, dict(cases), dict(names)).bring_back():
         kept = {k: box for k, box in cases[number].truth.items() if k >= min(late[number])}
         rows.append({"actions": work.actions, "share": _share(cases[number], {**_boxes(taken), **kept})})
     page.context.close()
     return rows
 
 
-def draw_missed(desk: Desk, video: str, cases: Mapping[int, Case], names: Mapping[int, str]) -> list[JsonObject]:
+def draw_missed(
+    session: BrowserSession, video: str, cases: Mapping[int, Case], names: Mapping[int, str]
+) -> list[JsonObject]:
     """Draw each sign but one, which the run lacks, in the middle of its life.
 
-    Arguments and result are those of :func:`bring_back`.
+    Arguments and result are those of :func:`extend_late_tracks`.
     """
     first = min(cases)
-    page = _opened(desk, video, {first: cases[first].truth})
-    annotator = Annotator(page, dict(cases), dict(names))
+    page = _opened(session, video, {first: cases[first].truth})
+    annotator = SimulatedAnnotator(page, dict(cases), dict(names))
     rows = []
     for number, case in cases.items():
         if number != first:
             frames = sorted(case.truth)
-            _look(page, frames[len(frames) // 2])
+            _show_frame(page, frames[len(frames) // 2])
             work, taken = annotator.draw_missed(number)
             rows.append({"actions": work.actions, "share": _share(case, _boxes(taken))})
     page.context.close()
     return rows
 
 
-def press(desk: Desk, video: str, cases: Mapping[int, Case], times: int, seed: int) -> JsonObject:
+def time_first_proposal(
+    session: BrowserSession, video: str, cases: Mapping[int, Case], times: int, seed: int
+) -> JsonObject:
     """Press T on random tracks in random frames.
 
     Args:
-        desk: server and browser.
+        session: server and browser.
         video: id of the video.
         cases: signs by the number of their track.
         times: number of presses.
@@ -97,14 +103,14 @@ def press(desk: Desk, video: str, cases: Mapping[int, Case], times: int, seed: i
         ``ms``: times from each key to the first proposed box on the screen; ``load``: the machine's load before.
     """
     rng = np.random.default_rng(seed)
-    page = _opened(desk, video, {number: case.truth for number, case in cases.items()})
-    time.sleep(_WARM)
+    page = _opened(session, video, {number: case.truth for number, case in cases.items()})
+    time.sleep(_WARM_UP_S)
     load = os.getloadavg()[0]
     found = []
     for _ in range(times):
         number = int(rng.choice(list(cases)))
         frame = int(rng.choice(sorted(cases[number].truth)[5:-5]))
-        _look(page, frame, f"m{number}")
+        _show_frame(page, frame, f"m{number}")
         page.evaluate(_LISTEN)
         page.keyboard.press("t")
         page.wait_for_function("() => globalThis.first !== null")
@@ -115,19 +121,19 @@ def press(desk: Desk, video: str, cases: Mapping[int, Case], times: int, seed: i
     return {"ms": found, "load": load}
 
 
-def _opened(desk: Desk, video: str, tracks: Mapping[int, Mapping[int, FloatArray]]) -> Page:
+def _opened(session: BrowserSession, video: str, tracks: Mapping[int, Mapping[int, FloatArray]]) -> Page:
     """The review screen of a new run with these tracks."""
     lines = [_HEAD]
     for number, boxes in tracks.items():
         lines += [f"{k},{number},{','.join(f'{edge:.2f}' for edge in box)},14,1,0" for k, box in sorted(boxes.items())]
     asked = f"/videos/{video}/imports?as=run&name=tracks&format=tracks-csv"
-    run = desk.server.call("POST", asked, "\n".join(lines).encode(), "application/octet-stream")["id"]
-    page = desk.page()
+    run = session.server.call("POST", asked, "\n".join(lines).encode(), "application/octet-stream")["id"]
+    page = session.page()
     open_review(page, video, run)
     return page
 
 
-def _look(page: Page, frame: int, track: str | None = None) -> None:
+def _show_frame(page: Page, frame: int, track: str | None = None) -> None:
     """Show a frame, and wait for a moment."""
     where = f"?frame={frame}" + ("" if track is None else f"&track={track}")
     page.evaluate("where => { location.hash = location.hash.split('?')[0] + where }", where)
@@ -136,12 +142,12 @@ def _look(page: Page, frame: int, track: str | None = None) -> None:
         "(!track || r.selected === track))(tsr.store.get().review)",
         arg=[frame, track],
     )
-    page.wait_for_timeout(_STILL)
+    page.wait_for_timeout(_PAUSE_MS)
 
 
 def _late(case: Case) -> dict[int, FloatArray]:
     frames = sorted(case.truth)
-    return {k: case.truth[k] for k in frames[int(_LATE * len(frames)) :]}
+    return {k: case.truth[k] for k in frames[int(_MISSING_SHARE * len(frames)) :]}
 
 
 def _boxes(taken: Proposals) -> dict[int, FloatArray]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from benchmarks.review.desk import READY, Desk, renderers, resident_mb
-from benchmarks.review.unwatched import open_unwatched
+from benchmarks.review.browser_session import READY, BrowserSession, renderers, resident_mb
+from benchmarks.review.debug_port_page import open_debug_port_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-__all__ = ["first_paint", "lane_intervals", "play_on"]
+__all__ = ["first_paint", "lane_intervals", "measure_long_play"]
 
 _PAINT = """hash => new Promise((done, fail) => {
   const began = performance.now();
@@ -66,13 +66,13 @@ _PLAY = """(() => {
 })()"""
 
 
-def first_paint(desk: Desk, video: str, run: str) -> tuple[float, float]:
+def first_paint(session: BrowserSession, video: str, run: str) -> tuple[float, float]:
     """Open the review screen in a new profile.
 
     Returns:
         Milliseconds from the request to the first picture, and to the picture with tracks and lanes.
     """
-    page = desk.page()
+    page = session.page()
     page.wait_for_function("() => tsr.store.get().videos?.length")
     picture, whole = page.evaluate(_PAINT, f"#/review/{video}/{run}")
     page.context.close()
@@ -96,7 +96,7 @@ def lane_intervals(page: Page, kind: str) -> dict[str, float]:
     }
 
 
-def play_on(desk: Desk, video: str, run: str, minutes: float) -> list[dict[str, float]]:
+def measure_long_play(session: BrowserSession, video: str, run: str, minutes: float) -> list[dict[str, float]]:
     """Play for some minutes at full speed, in a browser without a network debugger.
 
     Returns:
@@ -104,7 +104,7 @@ def play_on(desk: Desk, video: str, run: str, minutes: float) -> list[dict[str, 
         and resident memory of ``renderers`` and ``server``, MB.
     """
     rows: list[dict[str, float]] = []
-    with open_unwatched(desk.chromium, desk.flags, desk.server.link(), (1280, 720)) as page:
+    with open_debug_port_page(session.chromium, session.flags, session.server.link(), (1280, 720)) as page:
         page.wait_for("globalThis.tsr?.store.get().session")
         page.evaluate(f"location.hash = '#/review/{video}/{run}?frame=0'")
         page.wait_for(READY)
@@ -120,7 +120,7 @@ def play_on(desk: Desk, video: str, run: str, minutes: float) -> list[dict[str, 
                     "frames": page.evaluate("passed"),
                     "heap": round(heap, 1),
                     "renderers": round(resident_mb(renderers(page.pid))),
-                    "server": round(resident_mb([desk.server.pid])),
+                    "server": round(resident_mb([session.server.pid])),
                 }
             )
     return rows

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from benchmarks.peers.gap import Follower
-from benchmarks.peers.generic import OpenCvTracker, maker
-from benchmarks.peers.multi import Missing
+from benchmarks.peers.detection_gaps import Follower
+from benchmarks.peers.multi_object_trackers import Missing
+from benchmarks.peers.opencv_trackers import OpenCvTracker, maker
 from tsr_engine.follow import MIN_WIDTH_PX, Anchor, Ending, FollowerModels, follow
 from tsr_engine.follow.outward_pass import MAX_HIDDEN_FRAMES
 from tsr_engine.follow.sign_follower import visible_share
@@ -19,10 +19,10 @@ from tsr_engine.geometry.boxes import clip
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["PEERS", "Filled", "KltBox", "by_peer", "by_us", "legacy", "straight"]
+__all__ = ["PEERS", "Filled", "KltBox", "follow_with_engine", "follow_with_peer", "interpolate_linearly", "legacy"]
 
 PEERS = ("CSRT", "KCF", "MIL", "TLD", "KLT")
-_LEAST_SEEN = 0.5
+_MIN_VISIBLE_SHARE = 0.5
 """Visible share of a peer's box below which it has left the picture."""
 
 
@@ -47,7 +47,7 @@ class _Shown:
     corrupt: bool = False
 
 
-def by_us(pictures: Sequence[Picture], drawn: Mapping[int, FloatArray], parts: FollowerModels) -> Filled:
+def follow_with_engine(pictures: Sequence[Picture], drawn: Mapping[int, FloatArray], parts: FollowerModels) -> Filled:
     """Our follower, from one box or several."""
     asked: set[int] = set()
 
@@ -68,7 +68,7 @@ def by_us(pictures: Sequence[Picture], drawn: Mapping[int, FloatArray], parts: F
     return Filled(boxes, time.thread_time() - began, len(asked - set(drawn)))
 
 
-def by_peer(pictures: Sequence[Picture], frame: int, box: FloatArray, make: Callable[[], Follower]) -> Filled:
+def follow_with_peer(pictures: Sequence[Picture], frame: int, box: FloatArray, make: Callable[[], Follower]) -> Filled:
     """A single-object tracker, started twice on a drawn box: once for each direction.
 
     It ends under the same conditions as ours: half outside the picture, below the least width, or after the same number
@@ -90,7 +90,7 @@ def by_peer(pictures: Sequence[Picture], frame: int, box: FloatArray, make: Call
                 lost += 1
             else:
                 lost = 0
-                if visible_share(found, width, height) < _LEAST_SEEN or found[2] - found[0] < MIN_WIDTH_PX:
+                if visible_share(found, width, height) < _MIN_VISIBLE_SHARE or found[2] - found[0] < MIN_WIDTH_PX:
                     break
                 boxes[k] = clip(found, width, height)
             k += sign
@@ -98,7 +98,7 @@ def by_peer(pictures: Sequence[Picture], frame: int, box: FloatArray, make: Call
     return Filled(boxes, seconds, steps)
 
 
-def straight(drawn: Mapping[int, FloatArray]) -> dict[int, FloatArray]:
+def interpolate_linearly(drawn: Mapping[int, FloatArray]) -> dict[int, FloatArray]:
     """Straight lines between drawn boxes."""
     frames = np.array(sorted(drawn))
     edges = np.array([drawn[k] for k in frames.tolist()])

@@ -19,10 +19,10 @@ from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["Memory"]
+__all__ = ["ResultCache"]
 
 
-class Memory:
+class ResultCache:
     """Records in a folder.
 
     Args:

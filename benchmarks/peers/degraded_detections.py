@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.peers.seen import Seen
+from benchmarks.peers.stored_detections import DetectedVideo
 from tsr_engine.records import Detections
 
-__all__ = ["RUN", "Worse", "reaching", "worsened"]
+__all__ = ["MEAN_MISSED_RUN", "Degradation", "bisect_increasing", "degrade"]
 
-RUN = 5.0
+MEAN_MISSED_RUN = 5.0
 """Mean length of a run of frames without detections."""
 
 
 @dataclass(frozen=True, slots=True)
-class Worse:
+class Degradation:
     """Degree of degradation.
 
     Attributes:
@@ -29,7 +29,7 @@ class Worse:
     jitter: float = 0.0
 
 
-def worsened(seen: Seen, how: Worse, seed: int) -> Seen:
+def degrade(seen: DetectedVideo, how: Degradation, seed: int) -> DetectedVideo:
     """The video with fewer detections, whose boxes have normally distributed errors.
 
     The random numbers are the same for every ``how``, so that a larger value adds to the effect of a smaller one.
@@ -40,20 +40,20 @@ def worsened(seen: Seen, how: Worse, seed: int) -> Seen:
         seed: random seed.
     """
     rng = np.random.default_rng(seed)
-    again = how.missed / (RUN * (1.0 - how.missed))
-    gone = bool(rng.random() < how.missed)
+    miss_probability = how.missed / (MEAN_MISSED_RUN * (1.0 - how.missed))
+    is_missed = bool(rng.random() < how.missed)
     frames = []
     for frame in seen.frames:
         found = frame.detections
-        chance, off = rng.random(), rng.normal(size=(len(found), 4))
-        gone = bool(chance >= 1 / RUN) if gone else bool(chance < again)
+        chance, errors = rng.random(), rng.normal(size=(len(found), 4))
+        is_missed = bool(chance >= 1 / MEAN_MISSED_RUN) if is_missed else bool(chance < miss_probability)
         sizes = np.tile(found.boxes[:, 2:] - found.boxes[:, :2], 2)
-        moved = Detections(found.boxes + how.jitter * off * sizes, found.raw_scores, found.prior, found.scores)
-        frames.append(replace(frame, detections=Detections.empty() if gone else moved))
+        moved = Detections(found.boxes + how.jitter * errors * sizes, found.raw_scores, found.prior, found.scores)
+        frames.append(replace(frame, detections=Detections.empty() if is_missed else moved))
     return replace(seen, frames=tuple(frames))
 
 
-def reaching(wanted: float, measured: Callable[[float], float], high: float, steps: int = 7) -> float:
+def bisect_increasing(wanted: float, measured: Callable[[float], float], high: float, steps: int = 7) -> float:
     """The smallest value in [0, ``high``] at which an increasing figure reaches a wanted one, by bisection.
 
     Args:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sample_videos.camera import NEAR
 from sample_videos.colour import Linear
-from sample_videos.things import BEAM, UP, View, cast, clip_near, darken, headlamp, hull, to_pixels
+from sample_videos.scene_objects import BEAM, UP, View, cast, clip_near, darken, headlamp, hull, to_pixels
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from threading import Event
 from typing import Any
 
 from benchmarks.peers.cache import Cache
-from benchmarks.peers.seen import Seen, SeenFrame, pictures
+from benchmarks.peers.stored_detections import DetectedFrame, DetectedVideo, pictures
 from tsr_engine.evaluation.track_tables import result_table
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.json_shapes import JsonMapping, JsonObject
@@ -19,11 +19,11 @@ from tsr_engine.records import Detections, FloatArray, Picture
 from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.tracker import Tracker
 
-__all__ = ["Followed", "filter_alone", "follow", "frame_input", "identity", "start"]
+__all__ = ["TrackingResult", "filter_alone", "frame_input", "identity", "start", "track_with_engine"]
 
 
 @dataclass(slots=True)
-class Followed:
+class TrackingResult:
     """The result of one configuration on one video.
 
     Attributes:
@@ -41,12 +41,12 @@ class Followed:
         return {"rows": _plain(self.rows), "live": _plain(self.live), "seconds": self.seconds}
 
     @classmethod
-    def of(cls, record: JsonMapping) -> Followed:
+    def of(cls, record: JsonMapping) -> TrackingResult:
         """The reverse of ``as_dict``."""
         return cls(_results(record["rows"]), _results(record["live"]), float(record["seconds"]))
 
 
-def filter_alone(seen: Seen, params: Params) -> TrackTable:
+def filter_alone(seen: DetectedVideo, params: Params) -> TrackTable:
     """The Kalman filter without gate, online detector and classifier: rows of confirmed tracks, class 0.
 
     It reads no pixels.
@@ -98,18 +98,18 @@ class _Run:
             if t.state == "confirmed":
                 self.live.append((frame.ordinal, t.track_id, t.box, 0, float(t.score), t.source))
 
-    def finish(self) -> Followed:
+    def finish(self) -> TrackingResult:
         self.settled.extend(self.stream.finish())
-        return Followed(result_table(self.settled), TrackTable.of_rows(self.live), self.seconds)
+        return TrackingResult(result_table(self.settled), TrackTable.of_rows(self.live), self.seconds)
 
 
-def start(seen: Seen, params: Params, parts: Models) -> TrackingCore:
+def start(seen: DetectedVideo, params: Params, parts: Models) -> TrackingCore:
     """A new core for a video."""
     return TrackingCore(seen.with_focus(params), parts, seen.width, seen.height, interval=seen.interval)
 
 
 def frame_input(
-    frame: SeenFrame, picture: Picture, *, use_shift: bool, detections: Detections | None = None
+    frame: DetectedFrame, picture: Picture, *, use_shift: bool, detections: Detections | None = None
 ) -> FrameInput:
     """The core's input for one frame, as in a live run.
 
@@ -128,7 +128,9 @@ def frame_input(
     )
 
 
-def follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]], kept: Cache) -> dict[str, Followed]:
+def track_with_engine(
+    seen: DetectedVideo, configurations: Mapping[str, tuple[Params, Components]], kept: Cache
+) -> dict[str, TrackingResult]:
     """Track one video with several configurations; it is decoded once.
 
     All configurations use the detections of ``seen``.
@@ -143,7 +145,7 @@ def follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]], 
     """
     made_from = ["followed", seen.video.identity(), identity(configurations)]
     records = kept.get(made_from, lambda: {n: f.as_dict() for n, f in _follow(seen, configurations).items()})
-    return {name: Followed.of(record) for name, record in records.items()}
+    return {name: TrackingResult.of(record) for name, record in records.items()}
 
 
 def identity(configurations: Mapping[str, tuple[Params, Components]]) -> JsonObject:
@@ -154,7 +156,7 @@ def identity(configurations: Mapping[str, tuple[Params, Components]]) -> JsonObj
     }
 
 
-def _follow(seen: Seen, configurations: Mapping[str, tuple[Params, Components]]) -> dict[str, Followed]:
+def _follow(seen: DetectedVideo, configurations: Mapping[str, tuple[Params, Components]]) -> dict[str, TrackingResult]:
     if not _WARM.is_set():
         _WARM.set()
         _follow(seen, configurations)

@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.contact_sheet import Cell, write_sheet
-from benchmarks.experiments.tracked import Videos, track_together
-from benchmarks.peers.seen import Annotated, Seen, look, pictures
+from benchmarks.experiments.tracked_clips import Videos, track_together
+from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos, pictures
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["draw_wrong", "largest"]
+__all__ = ["draw_error_sheet", "largest"]
 
 LABELS = {"missed": "N", "misread": "M", "false": "F"}
 """First letter of a label by kind, in the order of the sheet."""
 
 
-def draw_wrong(
+def draw_error_sheet(
     sheet: Path, scratch: Path, videos: Videos, notes: Mapping[str, Sequence[JsonObject]], most: int = 24
 ) -> None:
     """Draw a sheet of the signs and tracks in ``notes``, each in the frame in which it is largest.
@@ -44,7 +44,7 @@ def draw_wrong(
     for name in sorted({note["clip"] for _, note in wanted}):
         video, truth = videos[name]
         here = [(kind, note) for kind, note in wanted if note["clip"] == name]
-        seen = next(look([Annotated(name, "", video, truth)], scratch / "detections", components))
+        seen = next(detect_videos([Annotated(name, "", video, truth)], scratch / "detections", components))
         boxes = {note["label"]: _boxes(kind, note, seen, truth, components, params) for kind, note in here}
         places = {label: largest(found) for label, found in boxes.items() if found}
         for frame, picture in pictures(seen):
@@ -61,7 +61,7 @@ def largest(boxes: Mapping[int, FloatArray]) -> tuple[int, FloatArray]:
 
 
 def _boxes(
-    kind: str, note: JsonMapping, seen: Seen, truth: TrackTable, components: Components, params: Params
+    kind: str, note: JsonMapping, seen: DetectedVideo, truth: TrackTable, components: Components, params: Params
 ) -> dict[int, FloatArray]:
     """Frame -> annotated box of a sign, or box of a track."""
     if kind != "false":

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sample_videos.colour import linear_picture
-from sample_videos.film import Patch
-from sample_videos.noise import mips
+from sample_videos.linear_canvas import Patch
+from sample_videos.noise import mipmaps
 from tsr_engine.pictograms.canvas import Canvas, arc, rounded
 from tsr_engine.pictograms.figures import xy
 from tsr_engine.pictograms.gtsrb import outline
@@ -23,7 +23,7 @@ def _flat(colour: tuple[int, int, int]) -> NDArray[np.uint8]:
 
 
 def _done(image: NDArray[np.uint8]) -> list[Patch]:
-    return mips(linear_picture(image))
+    return mipmaps(linear_picture(image))
 
 
 def poster(rng: np.random.Generator) -> list[Patch]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from tests.e2e.live_server import LiveServer
 
-__all__ = ["READY", "Desk", "descendants", "open_desk", "open_review", "renderers", "resident_mb"]
+__all__ = ["READY", "BrowserSession", "descendants", "open_browser_session", "open_review", "renderers", "resident_mb"]
 
 READY = "(r => r && r.shown === r.frame && r.tracks && r.lanes)(tsr.store.get().review)"
 """JavaScript condition: the review screen shows its picture, tracks and lanes."""
@@ -24,7 +24,7 @@ SIZE = {"width": 1280, "height": 720}
 
 
 @dataclass
-class Desk:
+class BrowserSession:
     """A running server and a browser."""
 
     server: LiveServer
@@ -42,7 +42,9 @@ class Desk:
 
 
 @contextlib.contextmanager
-def open_desk(home: Path, roots: tuple[Path, ...], *, sample: bool, code: Path | None = None) -> Iterator[Desk]:
+def open_browser_session(
+    home: Path, roots: tuple[Path, ...], *, sample: bool, code: Path | None = None
+) -> Iterator[BrowserSession]:
     """Start ``tsr review`` on a data folder, and Chromium.
 
     Raises:
@@ -61,7 +63,7 @@ def open_desk(home: Path, roots: tuple[Path, ...], *, sample: bool, code: Path |
     with sync_playwright() as playwright, LiveServer(home, roots, sample=sample, code=code) as server:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
         try:
-            yield Desk(server, browser, chromium, FLAGS)
+            yield BrowserSession(server, browser, chromium, FLAGS)
         finally:
             browser.close()
 

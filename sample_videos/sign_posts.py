@@ -8,14 +8,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sample_videos.bodies import Body
 from sample_videos.camera import NEAR, Camera
 from sample_videos.colour import linear_picture
-from sample_videos.film import Patch
-from sample_videos.noise import fractal, mips
-from sample_videos.path import Path
+from sample_videos.linear_canvas import Patch
+from sample_videos.meshes import Body
+from sample_videos.noise import fractal, mipmaps
+from sample_videos.road_path import RoadPath
+from sample_videos.scene_objects import UP, Plate, View, cast, darken
 from sample_videos.structures import pole
-from sample_videos.things import UP, Plate, View, cast, darken
 from tsr_engine.pictograms.gtsrb import drawing, nominal_width, outline
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ def weathered(rng: np.random.Generator, class_id: int, resolution: int = _RESOLU
     bgra[..., :3] += (grey - bgra[..., :3]) * fade
     bgra[..., :3] *= (1 - 0.02 * np.clip(dirt, -1, 2.5))[..., None]
     bgra[..., :3] *= np.linspace(1.02, 0.96, resolution, dtype=np.float32)[:, None, None]
-    return mips(linear_picture(np.clip(bgra, 0, 255).astype(np.uint8)))
+    return mipmaps(linear_picture(np.clip(bgra, 0, 255).astype(np.uint8)))
 
 
 @dataclass
@@ -87,8 +87,8 @@ class Sign:
             darken(mask, view, cast(self.face(), view.weather))
 
 
-def put_up(
-    rng: np.random.Generator, path: Path, s: float, d: float, classes: list[int], first_id: int, glow: float
+def build_sign_post(
+    rng: np.random.Generator, path: RoadPath, s: float, d: float, classes: list[int], first_id: int, glow: float
 ) -> tuple[list[Sign], Body]:
     """Put one or two signs on a pole beside the road.
 

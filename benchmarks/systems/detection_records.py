@@ -10,13 +10,14 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.peers.cache import digest_of
-from benchmarks.systems.video import Seen
+from benchmarks.systems.video_detections import FrameDetections
 from tsr_engine.records import Detections
 
-__all__ = ["plain_detections", "plain_seen", "read_detections", "read_seen", "systems_code"]
+__all__ = ["detections_from_record", "detections_to_record", "frame_from_record", "frame_to_record", "systems_code"]
 
 _DETECTING: Final = (
-    "colour_model", "colour_mser", "hog", "hog_blocks", "hog_cascade", "hog_scan", "hog_svm", "proposals", "video",
+    "colour_model", "colour_mser", "hog", "hog_blocks", "hog_cascade", "hog_scan", "hog_svm", "proposals",
+    "video_detections",
 )  # fmt: skip
 """Modules of this folder that detections and their times depend on."""
 
@@ -28,23 +29,23 @@ def systems_code() -> str:
     return digest_of(folder, [folder / f"{name}.py" for name in _DETECTING])
 
 
-def plain_detections(found: Detections) -> list[object]:
+def detections_to_record(found: Detections) -> list[object]:
     """Detections as exact JSON values."""
     return [found.boxes.tolist(), found.raw_scores.tolist(), found.prior.tolist(), found.scores.tolist()]
 
 
-def read_detections(record: Sequence[object]) -> Detections:
-    """The reverse of :func:`plain_detections`."""
+def detections_from_record(record: Sequence[object]) -> Detections:
+    """The reverse of :func:`detections_to_record`."""
     boxes, raw, prior, scores = (np.array(column, dtype=np.float64) for column in record)
     return Detections(boxes.reshape(-1, 4), raw, prior, scores)
 
 
-def plain_seen(seen: Seen) -> list[object]:
+def frame_to_record(seen: FrameDetections) -> list[object]:
     """A frame as exact JSON values."""
-    return [seen.ordinal, seen.seconds, list(seen.size), list(seen.shift), plain_detections(seen.detections)]
+    return [seen.ordinal, seen.seconds, list(seen.size), list(seen.shift), detections_to_record(seen.detections)]
 
 
-def read_seen(record: list[Any]) -> Seen:  # Any: values of a JSON record
-    """The reverse of :func:`plain_seen`."""
+def frame_from_record(record: list[Any]) -> FrameDetections:  # Any: values of a JSON record
+    """The reverse of :func:`frame_to_record`."""
     ordinal, seconds, (width, height), (x, y), found = record
-    return Seen(ordinal, seconds, (width, height), (x, y), read_detections(found))
+    return FrameDetections(ordinal, seconds, (width, height), (x, y), detections_from_record(found))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sample_videos.camera import NEAR, Camera
 from sample_videos.colour import Linear
-from sample_videos.film import Film, Patch, streak
+from sample_videos.linear_canvas import LinearCanvas, Patch, motion_blur_kernel
 from sample_videos.weather import Weather
 
 Array = NDArray[np.float64]
@@ -48,7 +48,7 @@ class View:
     camera: Camera
     later: Camera
     weather: Weather
-    film: Film
+    film: LinearCanvas
     haze_colour: Linear
     lit: Callable[[Array], tuple[float, float]]
 
@@ -80,10 +80,10 @@ class View:
             return None
         offset = velocity * 1e-3 - (self.later.position - self.camera.position)
         move = (self.camera.project(point + offset) - self.camera.project(point)) * 1e3 * self.weather.shutter
-        return streak(float(move[0]), float(move[1]))
+        return motion_blur_kernel(float(move[0]), float(move[1]))
 
 
-class Thing(Protocol):
+class SceneObject(Protocol):
     """An object with a place that can be painted and casts a shadow."""
 
     @property

@@ -11,7 +11,7 @@ STEP = 0.5
 """Spacing of the stored centre line, metres."""
 
 
-class Path:
+class RoadPath:
     """A road's centre line with given bends.
 
     Args:
@@ -37,7 +37,7 @@ class Path:
         self._z -= np.interp(0.0, s, self._z)
 
     @classmethod
-    def winding(cls, length: float, turn: float, rng: np.random.Generator) -> Path:
+    def winding(cls, length: float, turn: float, rng: np.random.Generator) -> RoadPath:
         """A road with long bends, alternately to the right and to the left, of about ``turn`` radians each."""
         bends: list[tuple[float, float, float]] = []
         s, sign = 25.0, 1.0

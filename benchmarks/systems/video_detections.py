@@ -20,11 +20,19 @@ from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.tracker import Tracker
 
-__all__ = ["FrameGroundTruth", "Rows", "Seen", "counted", "followed", "frame_ground_truths", "watch"]
+__all__ = [
+    "FrameDetections",
+    "FrameGroundTruth",
+    "Rows",
+    "detect_video",
+    "frame_ground_truths",
+    "track_with_filter",
+    "without_ignored",
+]
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class FrameDetections:
     """Detections in one frame.
 
     Attributes:
@@ -65,7 +73,7 @@ class Rows:
     known: NDArray[np.bool_]
 
 
-def watch(video: Path, detector: OfflineDetector, times: list[float]) -> Iterator[Seen]:
+def detect_video(video: Path, detector: OfflineDetector, times: list[float]) -> Iterator[FrameDetections]:
     """Run a detector over a video.
 
     Args:
@@ -83,10 +91,10 @@ def watch(video: Path, detector: OfflineDetector, times: list[float]) -> Iterato
             found = detector.detect(frame.picture)
             times.append(time.thread_time() - began)
             size = (frame.picture.shape[1], frame.picture.shape[0])
-            yield Seen(frame.ordinal, frame.seconds, size, shift.step(frame.picture), found)
+            yield FrameDetections(frame.ordinal, frame.seconds, size, shift.step(frame.picture), found)
 
 
-def followed(frames: Sequence[Seen], params: TrackingParams) -> list[Rows]:
+def track_with_filter(frames: Sequence[FrameDetections], params: TrackingParams) -> list[Rows]:
     """Track the frames' detections with the Kalman filter alone, without gate and online detector."""
     if not frames:
         return []
@@ -124,7 +132,7 @@ def frame_ground_truths(truth: TrackTable, ordinals: Sequence[int], min_width: f
     ]
 
 
-def counted(
+def without_ignored(
     boxes: FloatArray, scores: FloatArray, truth: FrameGroundTruth
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Boxes, scores and ground truth, without boxes that an ignored box excuses and that are on no counted sign.
