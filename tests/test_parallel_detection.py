@@ -31,7 +31,7 @@ FRAMES = 40
 
 
 @dataclass(frozen=True)
-class Numbered:
+class NumberedFrame:
     """A frame with only its number."""
 
     ordinal: int
@@ -41,10 +41,10 @@ class Numbered:
         return np.full((2, 3, 3), self.ordinal, np.uint8)
 
 
-def numbered(count: int, taken: list[int]) -> Iterator[tuple[Numbered, float]]:
+def numbered(count: int, taken: list[int]) -> Iterator[tuple[NumberedFrame, float]]:
     for k in range(count):
         taken.append(k)
-        yield Numbered(k), float(k)
+        yield NumberedFrame(k), float(k)
 
 
 def trace_process(ordinal: int, picture: Picture) -> Detections:
@@ -56,7 +56,7 @@ def trace_process(ordinal: int, picture: Picture) -> Detections:
     )
 
 
-def detectors(rows: Iterable[tuple[Numbered, float, Detected | None]]) -> list[int]:
+def detectors(rows: Iterable[tuple[NumberedFrame, float, Detected | None]]) -> list[int]:
     """Ids of the processes that detected; checks that all frames came in order with their own detections."""
     found = []
     for place, (frame, number, detected) in enumerate(rows):
@@ -87,7 +87,7 @@ def test_frames_come_in_order_with_their_own_detections(cores: int) -> None:
     taken: list[int] = []
     most = 0
 
-    def looked_at() -> Iterator[tuple[Numbered, float, Detected | None]]:
+    def looked_at() -> Iterator[tuple[NumberedFrame, float, Detected | None]]:
         nonlocal most
         for place, row in enumerate(detected_ahead(numbered(FRAMES, taken), trace_process, cores)):
             most = max(most, len(taken) - place)
@@ -117,7 +117,7 @@ def test_a_failure_comes_after_the_frames_before_it(cores: int) -> None:
             raise ValueError("seven")
         return trace_process(ordinal, picture)
 
-    def cut() -> Iterator[tuple[Numbered, float]]:
+    def cut() -> Iterator[tuple[NumberedFrame, float]]:
         yield from numbered(7, [])
         raise ValueError("the file ends in a frame")
 

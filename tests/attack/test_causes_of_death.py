@@ -29,7 +29,7 @@ from tests.waiting import wait_until
 pytestmark = pytest.mark.slow
 
 
-class Home:
+class WorkerHome:
     """A data folder with a queue, and a supervisor that starts workers of ``dying_worker``."""
 
     def __init__(self, home: Path) -> None:
@@ -53,16 +53,16 @@ class Home:
 
 
 @pytest.fixture
-def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Home]:
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[WorkerHome]:
     folders = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(folders))
-    made = Home(tmp_path)
+    made = WorkerHome(tmp_path)
     yield made
     made.supervisor.stop()
     made.database.close()
 
 
-def test_a_job_killed_three_times_from_outside_continues(home: Home, tmp_path: Path) -> None:
+def test_a_job_killed_three_times_from_outside_continues(home: WorkerHome, tmp_path: Path) -> None:
     home.supervisor.start()
     job = home.submit("wait", until=str(tmp_path / "now"))
     for death in range(1, MOST_CRASHES + 1):
@@ -74,14 +74,14 @@ def test_a_job_killed_three_times_from_outside_continues(home: Home, tmp_path: P
     assert (ended.state, ended.error, ended.crashes) == ("done", None, 0)
 
 
-def test_a_job_that_crashes_on_its_file_fails_with_the_position(home: Home) -> None:
+def test_a_job_that_crashes_on_its_file_fails_with_the_position(home: WorkerHome) -> None:
     home.supervisor.start()
     ended = home.ended(home.submit("die", signal="SIGSEGV", at=17))
     assert ended.state == "failed"
     assert ended.error == f"The engine died {MOST_CRASHES} times at frame 17. The file may be damaged there."
 
 
-def test_running_out_of_memory_is_reported(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_running_out_of_memory_is_reported(home: WorkerHome, monkeypatch: pytest.MonkeyPatch) -> None:
     kills = iter(range(10**6))
     monkeypatch.setattr(supervising, "memory_kills", lambda: next(kills))
     home.supervisor.start()
@@ -92,7 +92,7 @@ def test_running_out_of_memory_is_reported(home: Home, monkeypatch: pytest.Monke
     assert "damaged" not in ended.error
 
 
-def test_a_worker_killed_with_its_server_is_not_a_crash(home: Home, tmp_path: Path) -> None:
+def test_a_worker_killed_with_its_server_is_not_a_crash(home: WorkerHome, tmp_path: Path) -> None:
     """The next server finds the job and the note of another server's process."""
     job_id = home.submit("die", signal="SIGSEGV", at=17)
     for death in range(1, MOST_CRASHES + 2):
