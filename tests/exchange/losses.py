@@ -76,7 +76,7 @@ LOSSES = {
 
 
 _BENCHMARK = 43
-"""Labels of the toys below are those of the German benchmarks."""
+"""Labels below are those of the German benchmarks."""
 
 
 def _expected(track: Track, loss: Loss) -> Iterator[tuple[int, dict[str, object]]]:
