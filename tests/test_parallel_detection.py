@@ -59,9 +59,9 @@ def trace_process(ordinal: int, picture: Picture) -> Detections:
 def detectors(rows: Iterable[tuple[NumberedFrame, float, Detected | None]]) -> list[int]:
     """Ids of the processes that detected; checks that all frames came in order with their own detections."""
     found = []
-    for place, (frame, number, detected) in enumerate(rows):
+    for index, (frame, number, detected) in enumerate(rows):
         assert detected is not None
-        assert frame.ordinal == place == number == detected[0].raw_scores[0]
+        assert frame.ordinal == index == number == detected[0].raw_scores[0]
         assert detected[1] >= 0
         found.append(int(detected[0].scores[0]))
     assert len(found) == FRAMES
@@ -89,8 +89,8 @@ def test_frames_come_in_order_with_their_own_detections(cores: int) -> None:
 
     def looked_at() -> Iterator[tuple[NumberedFrame, float, Detected | None]]:
         nonlocal most
-        for place, row in enumerate(detected_ahead(numbered(FRAMES, taken), trace_process, cores)):
-            most = max(most, len(taken) - place)
+        for index, row in enumerate(detected_ahead(numbered(FRAMES, taken), trace_process, cores)):
+            most = max(most, len(taken) - index)
             yield row
 
     processes = detectors(looked_at())

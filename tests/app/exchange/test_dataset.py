@@ -43,10 +43,10 @@ def test_a_corrected_run_is_exported_as_compared(api: ExchangeClient) -> None:
     tracks = api.tracks()
     context = api.server.context
     wanted = corrected_boxes(context.evidence.boxes(api.run_id), api.documents(), 75)
-    for place, key in enumerate(wanted.names):
+    for index, key in enumerate(wanted.names):
         if key == "m2":  # rejected: no boxes, but it can be exported by its state
             continue
-        mine = wanted.track == place
+        mine = wanted.track == index
         np.testing.assert_array_equal(tracks[key].frames, wanted.frame[mine])
         np.testing.assert_array_equal(tracks[key].boxes, wanted.boxes[mine])
     m1, drawn = tracks["m1"], tracks["hdrawn01"]
