@@ -1,4 +1,4 @@
-"""Shared fixtures: the place of the real data, and folders unpacked from its archives once per session."""
+"""Shared fixtures: the folder of the real data, and folders unpacked from its archives once per session."""
 
 from __future__ import annotations
 

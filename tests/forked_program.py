@@ -127,7 +127,7 @@ def run_forked(program: str, arguments: Sequence[str], env: Mapping[str, str]) -
 def _run(
     program: str, arguments: list[str], environment: Mapping[str, str], folder: Path, streams: Mapping[int, Connection]
 ) -> None:
-    """Behave like a process of its own."""
+    """Run a program in the forked process, with its own streams, environment and folder."""
     for number, stream in streams.items():
         os.dup2(stream.fileno(), number)
         stream.close()

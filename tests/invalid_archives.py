@@ -28,7 +28,7 @@ ARCHIVE_FAULTS: dict[str, Callable[[bytes], bytes]] = {
     "version needed 9.9": lambda content: _changed(content, 6, struct.pack("<H", 99)),
     "several disks": _many_disks,
 }
-"""What to do to an archive."""
+"""Functions that make a valid archive invalid, by the fault."""
 
 
 def archive_of_empty_files(entries: int) -> bytes:

@@ -1,4 +1,4 @@
-"""What the processes of a server load, loaded by importing this module: all kinds of jobs, and what sandboxes do.
+"""Import all modules that the processes of a server load: those of all jobs, and those of sandboxes.
 
 Rerun's SDK is left out: importing it starts threads, which a process forked later would lack.
 """

@@ -22,7 +22,7 @@ from tsr_engine.cli.progress import progress_bar
 from tsr_engine.compilation import COMPILING, watch_compilation
 
 
-class During(Listener):  # type: ignore[misc] # numba has no types
+class CompilationListener(Listener):  # type: ignore[misc] # numba has no types
     """Calls a function at the start of each compilation."""
 
     def __init__(self, do: Callable[[], None]) -> None:
@@ -45,7 +45,7 @@ def test_a_compilation_is_seen_while_it_lasts_and_a_moment_longer(monkeypatch: p
     monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 0.0)
     with (
         watch_compilation() as note_now,
-        install_listener("numba:compile", During(lambda: seen.append(note_now()))),
+        install_listener("numba:compile", CompilationListener(lambda: seen.append(note_now()))),
     ):
         assert not note_now()
         kernel(1)
@@ -65,7 +65,7 @@ def test_a_kernel_that_is_called_by_another_does_not_end_the_compilation(monkeyp
     outer, seen = numba.njit(lambda x: inner(x) + 1), []
     with watch_compilation() as note_now:
 
-        class After(During):
+        class After(CompilationListener):
             def on_end(self, _event: Any) -> None:
                 seen.append(note_now())
 
@@ -113,7 +113,7 @@ def test_a_process_that_dies_while_it_compiles_is_forgotten(monkeypatch: pytest.
     seen: list[str] = []
     with (
         watch_compilation() as note_now,
-        install_listener("numba:compile", During(lambda: seen.append(note_now()))),
+        install_listener("numba:compile", CompilationListener(lambda: seen.append(note_now()))),
     ):
         new_kernel()(1)
     assert seen == [""]

@@ -31,7 +31,7 @@ FRAMES = 40
 
 
 @dataclass(frozen=True)
-class Numbered:
+class NumberedFrame:
     """A frame with only its number."""
 
     ordinal: int
@@ -41,10 +41,10 @@ class Numbered:
         return np.full((2, 3, 3), self.ordinal, np.uint8)
 
 
-def numbered(count: int, taken: list[int]) -> Iterator[tuple[Numbered, float]]:
+def numbered(count: int, taken: list[int]) -> Iterator[tuple[NumberedFrame, float]]:
     for k in range(count):
         taken.append(k)
-        yield Numbered(k), float(k)
+        yield NumberedFrame(k), float(k)
 
 
 def trace_process(ordinal: int, picture: Picture) -> Detections:
@@ -56,12 +56,12 @@ def trace_process(ordinal: int, picture: Picture) -> Detections:
     )
 
 
-def detectors(rows: Iterable[tuple[Numbered, float, Detected | None]]) -> list[int]:
+def detectors(rows: Iterable[tuple[NumberedFrame, float, Detected | None]]) -> list[int]:
     """Ids of the processes that detected; checks that all frames came in order with their own detections."""
     found = []
-    for place, (frame, number, detected) in enumerate(rows):
+    for index, (frame, number, detected) in enumerate(rows):
         assert detected is not None
-        assert frame.ordinal == place == number == detected[0].raw_scores[0]
+        assert frame.ordinal == index == number == detected[0].raw_scores[0]
         assert detected[1] >= 0
         found.append(int(detected[0].scores[0]))
     assert len(found) == FRAMES
@@ -87,10 +87,10 @@ def test_frames_come_in_order_with_their_own_detections(cores: int) -> None:
     taken: list[int] = []
     most = 0
 
-    def looked_at() -> Iterator[tuple[Numbered, float, Detected | None]]:
+    def looked_at() -> Iterator[tuple[NumberedFrame, float, Detected | None]]:
         nonlocal most
-        for place, row in enumerate(detect_in_parallel(numbered(FRAMES, taken), trace_process, cores)):
-            most = max(most, len(taken) - place)
+        for index, row in enumerate(detect_in_parallel(numbered(FRAMES, taken), trace_process, cores)):
+            most = max(most, len(taken) - index)
             yield row
 
     processes = detectors(looked_at())
@@ -117,7 +117,7 @@ def test_a_failure_comes_after_the_frames_before_it(cores: int) -> None:
             raise ValueError("seven")
         return trace_process(ordinal, picture)
 
-    def cut() -> Iterator[tuple[Numbered, float]]:
+    def cut() -> Iterator[tuple[NumberedFrame, float]]:
         yield from numbered(7, [])
         raise ValueError("the file ends in a frame")
 

@@ -44,7 +44,7 @@ Rows = dict[str, list[tuple[Any, ...]]]
 
 @dataclass(frozen=True)
 class LongRun:
-    """What was made."""
+    """The data folder and ids of the created run."""
 
     home: Path
     video_id: str

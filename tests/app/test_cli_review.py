@@ -30,7 +30,7 @@ def _environment(home: Path) -> dict[str, str]:
     return {**os.environ, "TSR_HOME": str(home), "TSR_SAMPLE": "false", "TSR_WORKERS": "0", "PYTHONWARNINGS": "ignore"}
 
 
-class Running:
+class ReviewProcess:
     """A server process."""
 
     def __init__(self, home: Path, *, forked: bool = True) -> None:
@@ -78,21 +78,21 @@ def call(home: Path, *arguments: str, **variables: str) -> tuple[int, str]:
 
 
 @pytest.fixture
-def running(tmp_path: Path) -> Iterator[Running]:
-    server = Running(tmp_path / "home")
+def running(tmp_path: Path) -> Iterator[ReviewProcess]:
+    server = ReviewProcess(tmp_path / "home")
     yield server
     server.end()
 
 
 @pytest.fixture
-def started(tmp_path: Path) -> Iterator[Running]:
+def started(tmp_path: Path) -> Iterator[ReviewProcess]:
     """One that Python starts."""
-    server = Running(tmp_path / "home", forked=False)
+    server = ReviewProcess(tmp_path / "home", forked=False)
     yield server
     server.end()
 
 
-def test_the_link_works_once_and_ctrl_c_ends_it_quickly(started: Running) -> None:
+def test_the_link_works_once_and_ctrl_c_ends_it_quickly(started: ReviewProcess) -> None:
     class Stay(urllib.request.HTTPRedirectHandler):
         def redirect_request(self, *_: object) -> None:
             return None
@@ -111,7 +111,7 @@ def test_the_link_works_once_and_ctrl_c_ends_it_quickly(started: Running) -> Non
     assert not (started.home / "server.json").exists()
 
 
-def test_a_second_call_finds_the_first(running: Running) -> None:
+def test_a_second_call_finds_the_first(running: ReviewProcess) -> None:
     code, said = call(running.home)
     assert code == 0
     assert "already" in said
@@ -121,13 +121,13 @@ def test_a_second_call_finds_the_first(running: Running) -> None:
     assert "/login/" in said
 
 
-def test_a_second_call_names_options_that_the_first_cannot_adopt(running: Running, tmp_path: Path) -> None:
+def test_a_second_call_names_options_that_the_first_cannot_adopt(running: ReviewProcess, tmp_path: Path) -> None:
     code, said = call(running.home, "--root", str(tmp_path), "--workers", "2")
     assert code == 0
     assert "warning: --root, --workers has no effect there. Stop that server first" in said
 
 
-def test_a_second_server_on_one_sqlite_file_is_refused(running: Running, tmp_path: Path) -> None:
+def test_a_second_server_on_one_sqlite_file_is_refused(running: ReviewProcess, tmp_path: Path) -> None:
     """Each server would take the other's jobs for dead, because it does not see their locks."""
     link = tmp_path / "link.sqlite"
     link.symlink_to(running.home / "tsr.sqlite")
@@ -142,7 +142,7 @@ def test_a_second_server_on_one_sqlite_file_is_refused(running: Running, tmp_pat
 def test_the_secret_is_not_sent_to_the_port_of_a_killed_server(tmp_path: Path) -> None:
     """Another process may use its port by then."""
     home = tmp_path / "home"
-    killed = Running(home)
+    killed = ReviewProcess(home)
     killed.process.kill()
     killed.end()
     with socket.socket() as stranger:
@@ -151,7 +151,7 @@ def test_the_secret_is_not_sent_to_the_port_of_a_killed_server(tmp_path: Path) -
         stranger.settimeout(0.5)
         note = {"base": f"http://127.0.0.1:{stranger.getsockname()[1]}", "pid": killed.process.pid}
         (home / "server.json").write_text(json.dumps(note))
-        server = Running(home)
+        server = ReviewProcess(home)
         try:
             assert json.loads((home / "server.json").read_text())["base"] == server.base
             with pytest.raises(TimeoutError):
@@ -160,7 +160,7 @@ def test_the_secret_is_not_sent_to_the_port_of_a_killed_server(tmp_path: Path) -
             server.end()
 
 
-def test_an_open_stream_does_not_delay_ctrl_c(running: Running) -> None:
+def test_an_open_stream_does_not_delay_ctrl_c(running: ReviewProcess) -> None:
     token = (running.home / "token").read_text().strip()
     request = urllib.request.Request(running.base + "/api/events", headers={"Authorization": f"Bearer {token}"})
     with urllib.request.urlopen(request, timeout=10) as stream:

@@ -80,7 +80,7 @@ _SMALL = {"track_id": 9, "label_id": 42, "ordinal": _FRAMES, "frame": _FRAMES, "
 
 
 @dataclass
-class Served:
+class ServedLibrary:
     """A server on a port, and the names of its content."""
 
     server: ThreadedServer
@@ -92,7 +92,7 @@ class Served:
 
 
 @pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServedLibrary]:
     """A server with one imported video and one complete run."""
     home = toy_home.make_home(tmp_path_factory.mktemp("fuzz"))
     other = home.add_run(folder=f"runs/{home.run_id}", name="Run 2", parent_id=None)
@@ -111,11 +111,11 @@ def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
             "truth_id": answer.json()["id"],
             "from_run": other,
         }
-        yield Served(made, names)
+        yield ServedLibrary(made, names)
 
 
 @pytest.fixture(scope="module")
-def document(served: Served) -> BaseSchema:
+def document(served: ServedLibrary) -> BaseSchema:
     project = ProjectConfig(headers={"Authorization": f"Bearer {SECRET}"}, generation=GenerationConfig(no_shrink=True))
     raw = served.get("/api/openapi.json").json()
     load_all_checks()
@@ -124,7 +124,7 @@ def document(served: Served) -> BaseSchema:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mode", list(GenerationMode), ids=lambda mode: mode.value)
-def test_every_route_follows_the_document(served: Served, document: BaseSchema, mode: GenerationMode) -> None:
+def test_every_route_follows_the_document(served: ServedLibrary, document: BaseSchema, mode: GenerationMode) -> None:
     failures: list[str] = []
     tried = 0
     for found in document.get_all_operations():
@@ -141,7 +141,7 @@ def test_every_route_follows_the_document(served: Served, document: BaseSchema, 
     assert tried > 200
 
 
-def try_route(served: Served, document: BaseSchema, operation: Any, mode: GenerationMode) -> int:
+def try_route(served: ServedLibrary, document: BaseSchema, operation: Any, mode: GenerationMode) -> int:
     """Send requests to one route; returns their number."""
     raw = operation.definition.raw
     name = raw["operationId"]
@@ -213,7 +213,7 @@ def small(drawn: object, most: int) -> object:
     return drawn % most if type(drawn) is int and drawn >= 0 and drawn % 4 else drawn
 
 
-def on_real_tracks(case: schemathesis.Case, served: Served) -> None:
+def on_real_tracks(case: schemathesis.Case, served: ServedLibrary) -> None:
     """Make most commands use existing tracks with their current revisions."""
     run = case.path_parameters["run_id"]
     command = case.body.get("command") if isinstance(case.body, dict) else None
@@ -236,7 +236,7 @@ def on_real_tracks(case: schemathesis.Case, served: Served) -> None:
     case.headers["If-Match"] = ", ".join(f'"{key}:{revision}"' for key, revision in known.items())
 
 
-def test_the_document_lists_every_route(served: Served) -> None:
+def test_the_document_lists_every_route(served: ServedLibrary) -> None:
     paths = served.get("/api/openapi.json").json()["paths"]
     assert len(paths) > 30
     for path, methods in paths.items():
@@ -248,7 +248,7 @@ def test_the_document_lists_every_route(served: Served) -> None:
                     assert schema == {"$ref": "#/components/schemas/ErrorAnswer"}, (method, path, status)
 
 
-def test_the_data_folder_is_unchanged_afterwards(served: Served) -> None:
+def test_the_data_folder_is_unchanged_afterwards(served: ServedLibrary) -> None:
     """The run is unchanged, and no partial file is left."""
     run = served.get(f"/api/runs/{served.names['run_id']}").json()
     assert run["state"] == "complete"

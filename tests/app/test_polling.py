@@ -17,7 +17,7 @@ from app.storage.database import Database
 BUS = EventBus()
 
 
-class Asked:
+class EventCounter:
     """The number of the newest event, and how often it was asked for."""
 
     def __init__(self, database: Database) -> None:
@@ -38,14 +38,14 @@ def publish(database: Database) -> None:
 
 
 def test_the_answer_is_always_the_newest(database: Database) -> None:
-    asked = Asked(database)
+    asked = EventCounter(database)
     for number in range(4):
         assert [asked.newest() for _ in range(3)] == [number] * 3
         publish(database)
 
 
 def test_commits_of_other_processes_count(database: Database, database_url: str) -> None:
-    asked = Asked(database)
+    asked = EventCounter(database)
     with closing(Database(database_url)) as other:
         before = asked.newest()
         publish(other)
@@ -61,7 +61,7 @@ def sqlite(tmp_path: Path) -> Iterator[Database]:
 
 
 def test_sqlite_queries_once_for_each_commit(sqlite: Database) -> None:
-    asked = Asked(sqlite)
+    asked = EventCounter(sqlite)
     for commits in range(1, 4):
         for _ in range(5):
             asked.newest()
@@ -77,7 +77,7 @@ def test_sqlite_queries_once_for_each_commit(sqlite: Database) -> None:
 
 
 def test_a_failed_query_is_repeated(sqlite: Database) -> None:
-    asked = Asked(sqlite)
+    asked = EventCounter(sqlite)
     asked.newest()
     publish(sqlite)
     asked.error = OperationalError("SELECT", {}, Exception("the disk fails"))
@@ -89,7 +89,7 @@ def test_a_failed_query_is_repeated(sqlite: Database) -> None:
 
 
 def test_tidying_does_not_hide_later_commits(sqlite: Database) -> None:
-    asked = Asked(sqlite)
+    asked = EventCounter(sqlite)
     asked.newest()
     sqlite.analyze()  # closes the idle connections
     publish(sqlite)
@@ -97,7 +97,7 @@ def test_tidying_does_not_hide_later_commits(sqlite: Database) -> None:
 
 
 def test_a_closed_database_leaves_no_open_file(sqlite: Database, tmp_path: Path) -> None:
-    asked = Asked(sqlite)
+    asked = EventCounter(sqlite)
     asked.newest()
     sqlite.close()
     links = (os.path.realpath(f"/proc/self/fd/{fd}") for fd in os.listdir("/proc/self/fd"))  # noqa: PTH208

@@ -79,10 +79,15 @@ def test_the_cookie_survives_a_restart(server: Server) -> None:
 
 def test_odd_cookies_of_other_programs_do_no_harm(server: Server) -> None:
     name = cookie_name(80)
-    ours = f"{name}={server.context.tokens.cookie}"
-    for header in (f'other={{"a": 1}}; {ours}', f"{name}=stale; {ours}", f"; ;=;a;{ours}", f'q="x;y"; {ours}'):
+    session_cookie = f"{name}={server.context.tokens.cookie}"
+    for header in (
+        f'other={{"a": 1}}; {session_cookie}',
+        f"{name}=stale; {session_cookie}",
+        f"; ;=;a;{session_cookie}",
+        f'q="x;y"; {session_cookie}',
+    ):
         assert server.stranger().get("/api/session", headers={"Cookie": header}).status_code == 200, header
-    assert server.stranger().get("/api/session", headers={"Cookie": f"x{ours}"}).status_code == 401
+    assert server.stranger().get("/api/session", headers={"Cookie": f"x{session_cookie}"}).status_code == 401
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,7 @@ def publish(live_server: ThreadedServer, *numbers: int) -> None:
             context.events.publish(session, "test", "subject", {"number": number})
 
 
-class Following:
+class EventStream:
     """One open stream."""
 
     def __init__(self, live_server: ThreadedServer, last: int | None = None) -> None:
@@ -67,7 +67,7 @@ class Following:
 
 def test_a_page_receives_later_commits(live_server: ThreadedServer) -> None:
     publish(live_server, 1, 2)
-    with closing(Following(live_server)) as page:
+    with closing(EventStream(live_server)) as page:
         kind, seq, data = page.next()
         assert (kind, data) == ("hello", {"seq": seq})
         publish(live_server, 3)
@@ -88,7 +88,7 @@ def test_three_heartbeats_come_before_a_page_counts_its_connection_as_lost(live_
 def test_reconnecting_loses_and_repeats_no_event(live_server: ThreadedServer) -> None:
     """Writers continue while the page drops its connection again and again at varying times."""
     total, writers = 300, 3
-    first = Following(live_server)
+    first = EventStream(live_server)
     last = first.next()[1]
 
     def write(part: int) -> None:
@@ -111,7 +111,7 @@ def test_reconnecting_loses_and_repeats_no_event(live_server: ThreadedServer) ->
             if len(heard) == total:
                 break
         page.close()
-        page, connections = Following(live_server, last), connections + 1
+        page, connections = EventStream(live_server, last), connections + 1
     page.close()
     for thread in threads:
         thread.join()
@@ -127,15 +127,15 @@ def test_a_page_that_is_too_far_behind_is_reset(live_server: ThreadedServer, mon
     with context.database.write() as session:
         context.events.prune(session)
         newest = context.events.newest(session)
-    with closing(Following(live_server, 3)) as page:
+    with closing(EventStream(live_server, 3)) as page:
         assert page.next() == ("reset", newest, {})
         assert page.next()[0] == "hello"
         publish(live_server, 99)
         assert page.next()[2]["data"] == {"number": 99}
-    with closing(Following(live_server, newest - 5)) as page:  # still stored: continues without a reset
+    with closing(EventStream(live_server, newest - 5)) as page:  # still stored: continues without a reset
         assert page.next()[0] == "hello"
         assert [page.next()[2]["data"]["number"] for _ in range(6)] == [25, 26, 27, 28, 29, 99]
-    with closing(Following(live_server, newest + 1000)) as page:  # a number of another database
+    with closing(EventStream(live_server, newest + 1000)) as page:  # a number of another database
         assert page.next()[0] == "reset"
 
 
@@ -148,7 +148,7 @@ def test_an_invalid_event_id_is_refused(live_server: ThreadedServer, last: str) 
 
 def test_open_streams_do_not_delay_shutdown(tmp_path: Path) -> None:
     with serve_in_thread(Server(tmp_path / "home")) as at:
-        pages = [Following(live_server) for _ in range(20)]
+        pages = [EventStream(live_server) for _ in range(20)]
         for page in pages:
             page.next()
         assert at.stop() < time_limit(3)
@@ -159,7 +159,7 @@ def test_open_streams_do_not_delay_shutdown(tmp_path: Path) -> None:
 
 
 def test_a_page_that_does_not_read_blocks_nobody(live_server: ThreadedServer) -> None:
-    with closing(Following(live_server)) as asleep, closing(Following(live_server)) as awake:
+    with closing(EventStream(live_server)) as asleep, closing(EventStream(live_server)) as awake:
         awake.next()
         context = live_server.server.context
         for _ in range(4):

@@ -69,7 +69,7 @@ class ToyHome:
         return run_id
 
 
-class Tracked(NamedTuple):
+class TrackedDrive(NamedTuple):
     """A toy drive and its run."""
 
     folder: TemporaryDirectory[str]
@@ -79,7 +79,7 @@ class Tracked(NamedTuple):
 
 
 @cache
-def _tracked(frames: int) -> Tracked:
+def _tracked(frames: int) -> TrackedDrive:
     """Track the toy drive once per process; all data folders get a copy."""
     folder = TemporaryDirectory(prefix="tsr-toy-")
     video = toy_pipeline.write_drive(Path(folder.name) / "drive.mp4", frames)
@@ -87,17 +87,17 @@ def _tracked(frames: int) -> Tracked:
         table = file.confirm()
     request = RunRequest(video, toy_pipeline.PARAMS, Path(folder.name) / "run")
     report = track_video(request, toy_pipeline.components())
-    return Tracked(folder, video_sha256(video), table, len(report.tracks))
+    return TrackedDrive(folder, video_sha256(video), table, len(report.tracks))
 
 
 def make_home(folder: Path, frames: int = 75) -> ToyHome:
     """A data folder with the toy drive and a run over it."""
     settings = Settings(home=folder / "home", roots=(folder,), sample=False, token="t" * 24)
     settings.home.mkdir(parents=True)
-    kept, digest, table, tracks = _tracked(frames)
+    tracked, digest, table, tracks = _tracked(frames)
     video, run_id = folder / "drive.mp4", uuid.uuid4().hex
-    shutil.copyfile(Path(kept.name) / video.name, video)
-    shutil.copytree(Path(kept.name) / "run", settings.home / "runs" / run_id)
+    shutil.copyfile(Path(tracked.name) / video.name, video)
+    shutil.copytree(Path(tracked.name) / "run", settings.home / "runs" / run_id)
     if (database_file := sqlite_file(settings.database)) is not None:
         put_tables(database_file)
     database = Database(settings.database)

@@ -59,12 +59,12 @@ class Scale:
         minutes: at most, of kills on each database.
         seconds: duration of imports of damaged files.
         people: concurrent clients.
-        least: damaged files at least.
+        min_imports: damaged files at least.
         jumps: jumps of the clock.
         models: damaged models.
     """
 
-    kill_server: int
+    kills: int
     seconds: float
     people: int
     min_imports: int = 50

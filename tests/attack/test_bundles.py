@@ -117,7 +117,7 @@ def endless_check(_: Any, path: Path, folder: Path, *__: Any) -> None:
 
 def test_the_check_ends_when_the_client_leaves(bundled: ToyBundle, server: Server, tmp_path: Path) -> None:
     imports, left = server.context.bundle_imports, threading.Event()
-    imports._sandboxes = Wrapped(imports._sandboxes)  # type: ignore[assignment]
+    imports._sandboxes = EndlessSandboxes(imports._sandboxes)  # type: ignore[assignment]
     (work := tmp_path / "work").mkdir()
     failed: list[BaseException] = []
 
@@ -138,7 +138,7 @@ def test_the_check_ends_when_the_client_leaves(bundled: ToyBundle, server: Serve
     assert failed
 
 
-class Wrapped:
+class EndlessSandboxes:
     """Sandboxes in which the check of a bundle never ends."""
 
     def __init__(self, sandboxes: Sandboxes) -> None:

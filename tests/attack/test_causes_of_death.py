@@ -29,7 +29,7 @@ from tests.waiting import wait_until
 pytestmark = pytest.mark.slow
 
 
-class Home:
+class WorkerHome:
     """A data folder with a queue, and a supervisor that starts workers of ``dying_worker``."""
 
     def __init__(self, home: Path, executor: str = "local") -> None:
@@ -59,16 +59,16 @@ def executor() -> str:
 
 
 @pytest.fixture
-def home(tmp_path: Path, executor: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Home]:
+def home(tmp_path: Path, executor: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[WorkerHome]:
     folders = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(folders))
-    made = Home(tmp_path, executor)
+    made = WorkerHome(tmp_path, executor)
     yield made
     made.supervisor.stop()
     made.database.close()
 
 
-def test_a_job_killed_three_times_from_outside_continues(home: Home, tmp_path: Path) -> None:
+def test_a_job_killed_three_times_from_outside_continues(home: WorkerHome, tmp_path: Path) -> None:
     home.supervisor.start()
     job = home.submit("wait", until=str(tmp_path / "now"))
     for death in range(1, MAX_CRASHES + 1):
@@ -80,7 +80,7 @@ def test_a_job_killed_three_times_from_outside_continues(home: Home, tmp_path: P
     assert (ended.state, ended.error, ended.crashes) == ("done", None, 0)
 
 
-def test_a_job_that_crashes_on_its_file_fails_with_the_position(home: Home) -> None:
+def test_a_job_that_crashes_on_its_file_fails_with_the_position(home: WorkerHome) -> None:
     home.supervisor.start()
     ended = home.ended(home.submit("die", signal="SIGSEGV", at=17))
     assert ended.state == "failed"
@@ -96,7 +96,7 @@ def test_the_loss_of_a_cluster_does_not_blame_the_file(home: Home) -> None:
     assert (home.job(job).crashes, home.job(job).error) == (0, None)
 
 
-def test_running_out_of_memory_is_reported(home: Home, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_running_out_of_memory_is_reported(home: WorkerHome, monkeypatch: pytest.MonkeyPatch) -> None:
     kills = iter(range(10**6))
     monkeypatch.setattr(supervising, "count_oom_kills", lambda: next(kills))
     home.supervisor.start()
@@ -107,7 +107,7 @@ def test_running_out_of_memory_is_reported(home: Home, monkeypatch: pytest.Monke
     assert "damaged" not in ended.error
 
 
-def test_a_worker_killed_with_its_server_is_not_a_crash(home: Home, tmp_path: Path) -> None:
+def test_a_worker_killed_with_its_server_is_not_a_crash(home: WorkerHome, tmp_path: Path) -> None:
     """The next server finds the job and the note of another server's process."""
     job_id = home.submit("die", signal="SIGSEGV", at=17)
     for death in range(1, MAX_CRASHES + 2):

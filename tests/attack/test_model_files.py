@@ -23,7 +23,7 @@ from tsr_engine.io import models
 from tsr_engine.io.models import load_component
 
 
-class Touches:
+class FileCreator:
     """Creates a file when it is unpickled."""
 
     def __init__(self, mark: Path) -> None:
@@ -35,11 +35,11 @@ class Touches:
 
 def test_an_array_of_objects_is_refused_without_unpickling(tmp_path: Path) -> None:
     mark = tmp_path / "run"
-    pickle.loads(pickle.dumps(Touches(mark)))
+    pickle.loads(pickle.dumps(FileCreator(mark)))
     assert mark.exists(), "the attack works where pickles are read"
     mark.unlink()
     out = io.BytesIO()
-    np.savez(out, table=np.array([Touches(mark)], dtype=object))
+    np.savez(out, table=np.array([FileCreator(mark)], dtype=object))
     (tmp_path / "prior.npz").write_bytes(out.getvalue())
     entry = {"file": "prior.npz", "sha256": hashlib.sha256(out.getvalue()).hexdigest()}
     (tmp_path / "manifest.json").write_text(json.dumps({"format": 2, "components": {"prior": entry}}))

@@ -121,18 +121,18 @@ def test_failures_are_reported_without_details(sandboxes: Sandboxes) -> None:
 
 
 def test_a_sandbox_isolates_its_process(sandboxes: Sandboxes, tmp_path: Path) -> None:
-    mine, other = tmp_path / "mine", tmp_path / "other"
-    mine.mkdir()
+    writable, other = tmp_path / "mine", tmp_path / "other"
+    writable.mkdir()
     other.mkdir()
     (other / "old").write_text("old")
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
-        limits = Limits(2048, writable=(mine,))
-        found = sandboxes.run(MODULE + "try_all", str(mine), str(other), port, os.getpid(), limits=limits)
+        limits = Limits(2048, writable=(writable,))
+        found = sandboxes.run(MODULE + "try_all", str(writable), str(other), port, os.getpid(), limits=limits)
     assert [name for name, what in found.items() if what == "done"] == []
     assert (other / "old").read_text() == "old"
     assert [path.name for path in other.iterdir()] == ["old"]
-    assert (mine / "mine").exists(), "it may write in its own folder"
+    assert (writable / "mine").exists(), "it may write in its own folder"
 
 
 WORKERS = """

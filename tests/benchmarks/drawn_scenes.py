@@ -20,9 +20,9 @@ def drawn_scenes(folder: Path, count: int) -> list[Scene]:
         ground = rng.integers(60, 130, (40, 55, 1)).repeat(3, axis=2).astype(np.uint8)
         picture = np.ascontiguousarray(cv2.resize(ground, SIZE, interpolation=cv2.INTER_CUBIC))
         boxes = []
-        for place, draw in enumerate((_red, _blue, _yellow)):
+        for index, draw in enumerate((_red, _blue, _yellow)):
             radius = int(rng.integers(15, 21))
-            x, y = int(36 + 72 * place + rng.integers(-8, 9)), int(rng.integers(40, 120))
+            x, y = int(36 + 72 * index + rng.integers(-8, 9)), int(rng.integers(40, 120))
             draw(picture, x, y, radius)
             boxes.append((x - radius, y - radius, x + radius + 1, y + radius + 1))
         grain = rng.normal(0, 4, picture.shape)

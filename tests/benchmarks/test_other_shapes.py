@@ -85,7 +85,7 @@ def test_unannotated_signs_are_neither_found_nor_false() -> None:
     assert read_unannotated("elsewhere") == {}
 
 
-class _Finder:
+class _TwoBoxDetector:
     """Finds two places in every picture, and reads each sign as class 14."""
 
     name = "finder"
@@ -110,7 +110,7 @@ def test_signs_are_found_and_read_by_size(tmp_path: Path) -> None:
         {**sign, "box": [50, 20, 62, 34], "gtsrb": -1},
     ]
     (tmp_path / "boxes.json").write_text(json.dumps(rows))
-    assert read_signs(_Finder(), _Finder(), tmp_path) == {
+    assert read_signs(_TwoBoxDetector(), _TwoBoxDetector(), tmp_path) == {
         "large": {"signs": 2, "found": 1, "right": 1},
         "any": {"signs": 3, "found": 2, "right": 1},
     }

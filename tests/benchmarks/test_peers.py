@@ -55,7 +55,7 @@ def _seen(gap: range = range(0), score: float = 2.0) -> DetectedVideo:
     return DetectedVideo(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(frames))
 
 
-class _Toy:
+class _ToyTracker:
     """A tracker that gives each box the same identity, or one of several."""
 
     def __init__(self, frame_rate: float, change: int = 100, track_activation_threshold: float = 0.0) -> None:
@@ -76,7 +76,7 @@ class _Boxes:
 def toy(monkeypatch: pytest.MonkeyPatch) -> Peer:
     class Package:
         Detections = _Boxes
-        Toy = _Toy
+        Toy = _ToyTracker
 
     monkeypatch.setattr(multi_object_trackers, "load", lambda name: Package)
     grid = {"change": (3, 100, 5), "activation_score": (0.0,), LEAST_SCORE: (-1.0,)}

@@ -80,7 +80,7 @@ def test_a_still_box_falls_behind() -> None:
     assert summary(outcomes, 7) == {"gaps": 0}
 
 
-class _Core:
+class _RecordingCore:
     """Takes down what it is given; its one track moves by the camera's shift."""
 
     given: list[FrameInput]
@@ -104,7 +104,7 @@ class _Core:
 def test_our_tracker_gets_no_detection_in_a_gap(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = _seen()
     where = find_gaps(seen, every=100)[0]
-    core = _Core(last=where.first + 12)
+    core = _RecordingCore(last=where.first + 12)
     monkeypatch.setattr(gap_module, "start", lambda *_: core)
     pictures = [np.zeros((360, 640, 3), np.uint8)] * FRAMES
     params: Any = Params.preset("default")
@@ -122,7 +122,7 @@ def test_a_track_elsewhere_does_not_count_for_the_sign(monkeypatch: pytest.Monke
     seen = _seen()
     start = find_gaps(seen, every=100)[0]
     away = Gap(start.sign, start.first, start.box + 300.0, start.ends)
-    monkeypatch.setattr(gap_module, "start", lambda *_: _Core(last=FRAMES))
+    monkeypatch.setattr(gap_module, "start", lambda *_: _RecordingCore(last=FRAMES))
     pictures = [np.zeros((360, 640, 3), np.uint8)] * FRAMES
     outcomes, _ = our_outcomes(seen, pictures, away, Params.preset("paper"), None)  # type: ignore[arg-type]
     assert all(o.lost for o in outcomes)

@@ -135,7 +135,7 @@ def test_cached_frames_are_exact() -> None:
         np.testing.assert_array_equal(again.detections.scores, seen.detections.scores)
 
 
-class _Counting:
+class _CountingDetector:
     """A detector of one sign that counts pictures."""
 
     name = "counting"
@@ -153,18 +153,20 @@ class _Counting:
 def test_finished_scenes_are_not_searched_again(tmp_path: Path) -> None:
     scenes = drawn_scenes(tmp_path, 3)
     kept = Cache(tmp_path / "kept")
-    stopped = {"a": _Counting(), "b": _Counting(stop_at=2)}  # b is stopped in the second scene
+    stopped = {"a": _CountingDetector(), "b": _CountingDetector(stop_at=2)}  # b is stopped in the second scene
     with pytest.raises(KeyboardInterrupt):
         detection.rows_side_by_side(stopped, scenes, kept, ["models"])
-    goes_on = {"a": _Counting(), "b": _Counting()}
+    goes_on = {"a": _CountingDetector(), "b": _CountingDetector()}
     found, ms = detection.rows_side_by_side(goes_on, scenes, kept, ["models"])
     assert goes_on["a"].pictures == 3  # two scenes, and the first once more as warm-up
-    whole, _ = detection.rows_side_by_side({"a": _Counting(), "b": _Counting()}, scenes, Cache(None), ["models"])
+    whole, _ = detection.rows_side_by_side(
+        {"a": _CountingDetector(), "b": _CountingDetector()}, scenes, Cache(None), ["models"]
+    )
     assert set(ms) == {"a", "b"}
     for one, other in zip(found["b"], whole["b"], strict=True):
         for mine, theirs in zip(one, other, strict=True):
             np.testing.assert_array_equal(mine, theirs)
-    others = {"a": _Counting(), "b": _Counting()}
+    others = {"a": _CountingDetector(), "b": _CountingDetector()}
     detection.rows_side_by_side(others, scenes, kept, ["other models"])
     assert others["a"].pictures == 4
 

@@ -94,20 +94,20 @@ def own_models(folder: Path) -> Path:
 
 
 def test_own_models_are_bundled_and_extracted(drive: TrackedDrive, tmp_path: Path) -> None:
-    mine = tmp_path / "models"
-    mine.mkdir()
-    own_models(mine)
-    used = {name: str(entry["sha256"]) for name, entry in read_manifest(mine)["components"].items()}
+    models = tmp_path / "models"
+    models.mkdir()
+    own_models(models)
+    used = {name: str(entry["sha256"]) for name, entry in read_manifest(models)["components"].items()}
     shipped = {name: str(entry["sha256"]) for name, entry in read_manifest(SHIPPED)["components"].items()}
-    assert choose_models(shipped, [mine]).folder is None
-    assert choose_models(used, [SHIPPED, mine]).folder == mine
+    assert choose_models(shipped, [models]).folder is None
+    assert choose_models(used, [SHIPPED, models]).folder == models
     assert choose_models(used, []).folder is None
     assert "not inside" in choose_models(used, []).text
-    add_models(mine, tmp_path / "stored")
+    add_models(models, tmp_path / "stored")
     assert not any(path.read_bytes()[:2] == b"PK" for path in (tmp_path / "stored").iterdir())
     taken = extract_models(tmp_path / "stored", tmp_path / "taken")
     for name in used:
-        a, b = load_component(name, mine), load_component(name, taken)
+        a, b = load_component(name, models), load_component(name, taken)
         assert a.sha256 == b.sha256
         assert all(np.array_equal(a.arrays[key], b.arrays[key]) for key in a.arrays)
 

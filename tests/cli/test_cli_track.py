@@ -24,7 +24,7 @@ from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
 
 
-class Done(NamedTuple):
+class CommandResult(NamedTuple):
     returncode: int
     stdout: str
     stderr: str
@@ -34,7 +34,7 @@ TOY_CLI = Path(__file__).with_name("toy_cli.py")
 FRAMES = 60
 
 
-def tsr(*arguments: object) -> Done:
+def tsr(*arguments: object) -> CommandResult:
     """Run the command line in this process with toy parts."""
     out, err = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
@@ -44,10 +44,10 @@ def tsr(*arguments: object) -> Done:
             lambda params, folder=None, network=None: toy_pipeline.components(params),
         )
         code = run([str(argument) for argument in arguments])
-    return Done(code, out.getvalue(), err.getvalue())
+    return CommandResult(code, out.getvalue(), err.getvalue())
 
 
-def assert_one_sentence(done: Done, code: int, *words: str) -> None:
+def assert_one_sentence(done: CommandResult, code: int, *words: str) -> None:
     assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr + done.stdout
     lines = [line for line in done.stderr.splitlines() if line]
@@ -64,14 +64,14 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def tracked(drive: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Done]:
+def tracked(drive: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, CommandResult]:
     folder = tmp_path_factory.mktemp("tracked")
     done = tsr("track", drive, "--csv", folder / "rows.csv", "--evidence", folder / "run", "--set", "tau=3", "--json")
     assert done.returncode == 0, done.stderr
     return folder, done
 
 
-def test_track_writes_rows_and_prints_json(tracked: tuple[Path, Done]) -> None:
+def test_track_writes_rows_and_prints_json(tracked: tuple[Path, CommandResult]) -> None:
     folder, done = tracked
     assert done.stderr in ("", f"tsr: {COMPILING.capitalize()}.\n")
     report = json.loads(done.stdout)
@@ -91,7 +91,7 @@ def test_track_without_outputs_prints_a_table_and_timing(drive: Path) -> None:
     assert "median ms" in done.stdout
 
 
-def test_replay_gives_the_same_rows_and_shows_what_changes(tracked: tuple[Path, Done], tmp_path: Path) -> None:
+def test_replay_gives_the_same_rows_and_shows_what_changes(tracked: tuple[Path, CommandResult], tmp_path: Path) -> None:
     folder, _ = tracked
     done = tsr("replay", folder / "run", "--csv", tmp_path / "rows.csv", "--json")
     assert done.returncode == 0, done.stderr
@@ -104,7 +104,7 @@ def test_replay_gives_the_same_rows_and_shows_what_changes(tracked: tuple[Path, 
     assert "Lost: track 1, track 2" in other.stdout
 
 
-def test_a_second_track_resumes(drive: Path, tracked: tuple[Path, Done]) -> None:
+def test_a_second_track_resumes(drive: Path, tracked: tuple[Path, CommandResult]) -> None:
     folder, _ = tracked
     again = tsr("track", drive, "--evidence", folder / "run", "--set", "tau=3", "--json")
     assert json.loads(again.stdout)["resumed_at"] == FRAMES
@@ -212,10 +212,10 @@ def test_a_full_disk_behind_stdout(words: str) -> None:
             text=True,
             check=False,
         )
-    assert_one_sentence(Done(done.returncode, "", done.stderr), 6, "disk is full", "stdout")
+    assert_one_sentence(CommandResult(done.returncode, "", done.stderr), 6, "disk is full", "stdout")
 
 
-def test_evidence_of_another_video(drive: Path, tracked: tuple[Path, Done], tmp_path: Path) -> None:
+def test_evidence_of_another_video(drive: Path, tracked: tuple[Path, CommandResult], tmp_path: Path) -> None:
     other = tmp_path / "other.mp4"
     other.write_bytes(drive.read_bytes() + b"\0" * 8)
     done = tsr("track", other, "--evidence", tracked[0] / "run", "--set", "tau=3")
@@ -238,7 +238,7 @@ def test_a_full_disk_is_reported(drive: Path, tmp_path: Path) -> None:
     done = subprocess.run(
         ["bash", "-c", command], capture_output=True, text=True, check=False, timeout=120, env=environment
     )
-    assert_one_sentence(Done(done.returncode, done.stdout, done.stderr), 6, "Raise the limit on files")
+    assert_one_sentence(CommandResult(done.returncode, done.stdout, done.stderr), 6, "Raise the limit on files")
     with EvidenceReader(tmp_path / "run") as reader:
         assert reader.state in ("failed", "interrupted")
         assert len(reader) < FRAMES

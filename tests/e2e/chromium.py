@@ -22,7 +22,7 @@ NAMES = (HEADLESS_SHELL, "chromium", "chromium-browser", "google-chrome", "googl
 DOWNLOAD_FOLDER = Path(sys.prefix) / "chromium"
 """The folder of a fetched one."""
 HEADLESS_TRIED = "tried"
-"""A file there: a whole browser is here, and to get one without windows was tried."""
+"""A file in that folder: a headless browser could not be installed beside a full one."""
 MAX_STEP_S = 900.0
 """Seconds that a step of an installation may take where there is no browser."""
 MAX_HEADLESS_STEP_S = 120.0
@@ -32,7 +32,7 @@ INSTALL_HINT = (
     "Then run make test again."
 )
 ENVIRONMENT: dict[str, str | float | bool] = {**os.environ, "LC_ALL": "en_US.UTF-8"}
-"""What its process is given: of a locale POSIX or C it may make a language that pages refuse."""
+"""Environment of its process: in a POSIX or C locale it may report a language that pages refuse."""
 PACKAGE = "@sparticuz/chromium"
 UNPACK_SCRIPT = (
     f'const {{ default: chromium }} = await import("{PACKAGE}"); console.log(await chromium.executablePath());'

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 EXPECT_TIMEOUT_MS = 30_000
 """The longest wait of an expectation, ms."""
 MAX_TEST_S = 600
-"""Time limit of a walk without a limit of its own, s."""
+"""Time limit of a test that sets none, s."""
 SLOWDOWN_STEP_S = 0.05
 """Time slice of a slowed server, s."""
 
@@ -43,9 +43,9 @@ FAILED = pytest.StashKey[bool]()
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Mark each walk as slow, limit its time, and skip it where there is no browser.
+    """Mark each test as slow, limit its time, and skip it where there is no browser.
 
-    A walk that fails runs once more, and the summary names it: on a busy machine a browser may be late once.
+    A failed test runs once more, and the summary names it: on a busy machine a browser may be late once.
     """
     item.add_marker(pytest.mark.slow)
     item.add_marker(pytest.mark.skipif(not CHROMIUM.is_file(), reason=f"{CHROMIUM} is not installed"))
@@ -64,9 +64,9 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> Generator[None, object, object]:
-    """What a failed walk leaves half done ends with it: its second run, and the next walk, begin on a new server.
+    """Tear all fixtures down after a failure: the rerun and the next test begin on a new server.
 
-    The browsers end with the last walk, too, or with one that failed.
+    The browsers close after the last test, or after a failure.
     """
     try:
         if item.stash[FAILED]:
@@ -82,7 +82,7 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
 @pytest.fixture(scope="session", autouse=True)
 def slowdown() -> Iterator[None]:
-    """Pages and servers compute as many times slower as ``TSR_SLOWDOWN`` says.
+    """Slow down pages and servers by the factor ``TSR_SLOWDOWN``.
 
     What fails then takes a moment for granted.
     """

@@ -42,7 +42,7 @@ def page(server: LiveServer, window: BrowserContext) -> Page:
     return page
 
 
-class Gate:
+class UploadGate:
     """Uploads wait here until the test releases them."""
 
     def __init__(self, page: Page) -> None:
@@ -76,7 +76,7 @@ def test_the_input_takes_several_and_a_bad_one_does_not_stop_the_others(page: Pa
         chosen.append(clip)
     wrong = tmp_path / "broken.mp4"
     wrong.write_text("this is no video")
-    gate = Gate(page)
+    gate = UploadGate(page)
     page.get_by_label("Video files to upload").set_input_files([chosen[0], wrong, chosen[1]])
     for name in ("drive 0.mp4", "broken.mp4", "drive 1.mp4"):
         wait_for_progress(page, name)
@@ -94,7 +94,7 @@ def test_the_input_takes_several_and_a_bad_one_does_not_stop_the_others(page: Pa
 
 
 def test_dropped_files_have_a_row_each_and_one_that_waits_can_be_taken_back(page: Page) -> None:
-    gate = Gate(page)
+    gate = UploadGate(page)
     page.evaluate(DROP, [{"name": f"part {at}.mp4", "text": f"no video {at}"} for at in range(3)])
     for at in range(3):
         wait_for_progress(page, f"part {at}.mp4")

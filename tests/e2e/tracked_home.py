@@ -20,7 +20,7 @@ from tests.e2e.forked_server import ForkedServer
 __all__ = ["TrackedHome", "tracked_home"]
 
 SERVER_FILES = shutil.ignore_patterns("*.lock", "server.log", "token")
-"""What the copy of a data folder has of its own."""
+"""Files of a running server, which a copy of the data folder lacks."""
 
 
 class TrackedHome(NamedTuple):

@@ -112,11 +112,11 @@ def test_unknown_columns_are_refused(reader: EvidenceReader) -> None:
 
 
 def test_summaries_of_confirmed_tracks(reader: EvidenceReader, frames: list[FrameEvidence]) -> None:
-    mine = [(f.ordinal, t) for f in frames for t in f.tracks if t.track_id == 1 and t.state != "dead"]
-    np.testing.assert_array_equal(read_end_boxes(reader, "first_frame"), [mine[0][1].box])
-    np.testing.assert_array_equal(read_end_boxes(reader, "last_frame"), [mine[-1][1].box])
+    track_frames = [(f.ordinal, t) for f in frames for t in f.tracks if t.track_id == 1 and t.state != "dead"]
+    np.testing.assert_array_equal(read_end_boxes(reader, "first_frame"), [track_frames[0][1].box])
+    np.testing.assert_array_equal(read_end_boxes(reader, "last_frame"), [track_frames[-1][1].box])
     (second,), (share,) = read_runners_up(reader)
-    known = [t.recognition for _, t in mine if t.recognition is not None]
+    known = [t.recognition for _, t in track_frames if t.recognition is not None]
     assert second == known[-1].runner_up
     assert share == pytest.approx(known[-1].votes[second] / known[-1].votes.sum())
     assert frame_size(reader) == frame_size(reader, 3) == (frames[0].width, frames[0].height)

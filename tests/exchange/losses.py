@@ -76,7 +76,7 @@ LOSSES = {
 
 
 _BENCHMARK = 43
-"""Labels of the toys below are those of the German benchmarks."""
+"""Labels below are those of the German benchmarks."""
 
 
 def _expected(track: Track, loss: Loss) -> Iterator[tuple[int, dict[str, object]]]:
@@ -130,14 +130,14 @@ def _found(track: Track) -> Iterator[tuple[int, dict[str, object]]]:
         )
 
 
-def _assert_same(ours: dict[str, object], theirs: dict[str, object], loss: Loss) -> None:
-    assert np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
+def _assert_same(expected: dict[str, object], actual: dict[str, object], loss: Loss) -> None:
+    assert np.abs(np.subtract(expected["box"], actual["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
     for name in ("label", "ignore", "occluded", "attributes"):
-        assert theirs[name] == ours[name], name
+        assert actual[name] == expected[name], name
     # Formats that interpolate mark more key frames to stay within the error.
-    assert theirs["key"] or not ours["key"]
+    assert actual["key"] or not expected["key"]
     if loss.score == "kept":
-        assert theirs["score"] == (None if ours["score"] is None else pytest.approx(ours["score"], abs=1e-6))
+        assert actual["score"] == (None if expected["score"] is None else pytest.approx(expected["score"], abs=1e-6))
 
 
 def compare(dataset: Dataset, back: Dataset, loss: Loss) -> None:
@@ -162,24 +162,24 @@ def _compare_tracks(given: list[Track], back: dict[str, Track], loss: Loss, stat
             continue
         found = dict(_found(got[track.uid]))
         assert set(found) == set(wanted[track.uid])
-        for frame, ours in wanted[track.uid].items():
-            _assert_same(ours, found[frame], loss)
+        for frame, expected in wanted[track.uid].items():
+            _assert_same(expected, found[frame], loss)
         read = got[track.uid]
         assert (read.state, read.source, read.notes) == (track.state, track.source, track.notes)
 
 
 def _compare_boxes(given: list[Track], back: list[Track], loss: Loss) -> None:
     """Compare frame by frame in the order of rounded boxes, without names of tracks."""
-    left = [(frame, said) for track in given for frame, said in _expected(track, loss)]
-    right = [(frame, said) for track in back for frame, said in _found(track)]
+    left = [(frame, frame_values) for track in given for frame, frame_values in _expected(track, loss)]
+    right = [(frame, frame_values) for track in back for frame, frame_values in _found(track)]
     assert sorted(frame for frame, _ in left) == sorted(frame for frame, _ in right)
-    for frame, ours in left:
+    for frame, expected in left:
         near = [
-            place
-            for place, (other, theirs) in enumerate(right)
+            index
+            for index, (other, actual) in enumerate(right)
             if other == frame
-            and theirs["label"] == ours["label"]
-            and np.abs(np.subtract(ours["box"], theirs["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
+            and actual["label"] == expected["label"]
+            and np.abs(np.subtract(expected["box"], actual["box"])).max() <= loss.px + 1e-9  # type: ignore[call-overload]
         ]
-        assert near, (frame, ours)
+        assert near, (frame, expected)
         right.pop(near[0])

@@ -7,6 +7,7 @@ import stat
 import struct
 import tracemalloc
 import zipfile
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -79,17 +80,9 @@ def test_encrypted_entries_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("second", ["a.txt", "A.TXT", "./a.txt"])
 def test_duplicate_names_are_refused(tmp_path: Path, second: str) -> None:
-    with pytest.warns(UserWarning, match="Duplicate") if second == "a.txt" else _nothing():
+    with pytest.warns(UserWarning, match="Duplicate") if second == "a.txt" else nullcontext():
         path = _zip(tmp_path / "twice.zip", ("a.txt", b"1"), (second, b"2"))
     assert "twice" in _refused(path, tmp_path / "out")
-
-
-class _nothing:  # noqa: N801
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, *_: object) -> None:
-        return None
 
 
 def test_a_name_of_both_file_and_folder_is_refused(tmp_path: Path) -> None:

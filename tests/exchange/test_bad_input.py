@@ -24,7 +24,7 @@ Files = Mapping[str, str | bytes]
 
 
 @dataclass(frozen=True)
-class Bad:
+class InvalidFile:
     """One invalid file.
 
     Attributes:
@@ -101,149 +101,165 @@ def packed(files: Files) -> bytes:
 LAUGHS = '\n<!DOCTYPE a [<!ENTITY b "ha"><!ENTITY c "&b;&b;&b;&b;">]>'
 OUTSIDE = '\n<!DOCTYPE a SYSTEM "file:///etc/passwd">'
 TRACK = {"id": "m1", "boxes": [{"frame": 1, "box": [1, 1, 9, 9]}]}
-REFUSED: dict[str, Bad] = {
-    "xml entities": Bad("cvat-video", cvat(before=LAUGHS), ("annotations.xml", "line 2", "DOCTYPE or entity")),
-    "xml external reference": Bad(
+REFUSED: dict[str, InvalidFile] = {
+    "xml entities": InvalidFile("cvat-video", cvat(before=LAUGHS), ("annotations.xml", "line 2", "DOCTYPE or entity")),
+    "xml external reference": InvalidFile(
         "cvat-video", cvat(before=OUTSIDE), ("annotations.xml", "line 2", "DOCTYPE or entity")
     ),
-    "xml entities, by picture": Bad(
+    "xml entities, by picture": InvalidFile(
         "voc",
         {"Annotations/frame_000010.xml": '<!DOCTYPE a [<!ENTITY b "x">]><annotation>&b;</annotation>'},
         ("frame_000010.xml", "line 1", "DOCTYPE or entity"),
     ),
-    "zip slip": Bad("cvat-video", {**cvat(), "../../evil.sh": "x"}, ("bad.zip", "evil.sh", "leads out of its folder")),
-    "zip slip, absolute": Bad("cvat-video", {**cvat(), "/etc/evil": "x"}, ("bad.zip", "etc/evil", "absolute name")),
-    "zip bomb": Bad(
+    "zip slip": InvalidFile(
+        "cvat-video", {**cvat(), "../../evil.sh": "x"}, ("bad.zip", "evil.sh", "leads out of its folder")
+    ),
+    "zip slip, absolute": InvalidFile(
+        "cvat-video", {**cvat(), "/etc/evil": "x"}, ("bad.zip", "etc/evil", "absolute name")
+    ),
+    "zip bomb": InvalidFile(
         "cvat-video", {"annotations.xml": bytes(4 << 20)}, ("bad.zip", "annotations.xml", "more than 250 times")
     ),
-    "nested archive": Bad(
+    "nested archive": InvalidFile(
         "cvat-video", {"more.zip": packed(cvat())}, ("bad.zip", "more.zip", "an archive within the archive")
     ),
-    "nested archive under another name": Bad(
+    "nested archive under another name": InvalidFile(
         "cvat-video",
         {"annotations.xml": packed(cvat())},
         ("bad.zip", "annotations.xml", "an archive within the archive"),
     ),
-    "encoding: latin-1": Bad(
+    "encoding: latin-1": InvalidFile(
         "yolo", yolo("0 0.5 0.5 0.1 0.1", "# größe", encoding="latin-1"), ("frame_000010.txt", "line 2", "not UTF-8")
     ),
-    "encoding: utf-16": Bad(
+    "encoding: utf-16": InvalidFile(
         "coco",
         {"annotations/a.json": next(iter(coco().values())).encode("utf-16")},  # type: ignore[union-attr]
         ("a.json", "line 1", "UTF-16; must be UTF-8"),
     ),
-    "encoding: none that exists": Bad(
+    "encoding: none that exists": InvalidFile(
         "cvat-video",
         {"annotations.xml": '<?xml version="1.0" encoding="klingon"?><annotations/>'},
         ("annotations.xml", "line 1", "UTF-8"),
     ),
-    "nan in xml": Bad("cvat-video", cvat('frame="10" xtl="nan"'), ("annotations.xml", "line 4", "four finite numbers")),
-    "nan in json": Bad(
+    "nan in xml": InvalidFile(
+        "cvat-video", cvat('frame="10" xtl="nan"'), ("annotations.xml", "line 4", "four finite numbers")
+    ),
+    "nan in json": InvalidFile(
         "coco",
         coco(annotations=[{"id": 1, "image_id": 1, "category_id": 1, "bbox": [math.nan, 1, 2, 3]}]),
         ("instances_default.json", "annotation 1", "bbox must be a finite number", "NaN", "bad_boxes=skip"),
     ),
-    "nan in text": Bad("yolo", yolo("0 nan 0.5 0.1 0.1"), ("frame_000010.txt", "line 1", "finite numbers")),
-    "a Python number in rows": Bad(
+    "nan in text": InvalidFile("yolo", yolo("0 nan 0.5 0.1 0.1"), ("frame_000010.txt", "line 1", "finite numbers")),
+    "a Python number in rows": InvalidFile(
         "mot", mot("1_0,1,10,10,9,5,1,1,1"), ("gt.txt", "line 1", "column 1 must be a number")
     ),
-    "digits of another script": Bad("mot", mot("1,1,\u0661\u0660,10,9,5,1,1,1"), ("gt.txt", "line 1", "column 3")),
-    "a Python number in text": Bad(
+    "digits of another script": InvalidFile(
+        "mot", mot("1,1,\u0661\u0660,10,9,5,1,1,1"), ("gt.txt", "line 1", "column 3")
+    ),
+    "a Python number in text": InvalidFile(
         "yolo", yolo("0 0.5_0 0.5 0.1 0.1"), ("frame_000010.txt", "line 1", "must be numbers")
     ),
-    "a Python number in a table": Bad(
+    "a Python number in a table": InvalidFile(
         "tracks-csv",
         {"drive.csv": "frame,track_id,x1,y1,x2,y2\n1,1,1,1,9,9\n2,1,1,1,1_0,9\n"},
         ("drive.csv", "line 3", "x2 must be a number"),
     ),
-    "a Python number as a frame": Bad(
+    "a Python number as a frame": InvalidFile(
         "tracks-csv",
         {"drive.csv": "frame,track_id,x1,y1,x2,y2\n1_0,1,1,1,9,9\n"},
         ("drive.csv", "line 2", "frame '1_0' must be a whole number"),
     ),
-    "a Python number in a list": Bad("gtsdb", {"gt.txt": "00010.ppm;1_0;11;29;32;14\n"}, ("gt.txt", "whole numbers")),
-    "a Python number in xml": Bad(
+    "a Python number in a list": InvalidFile(
+        "gtsdb", {"gt.txt": "00010.ppm;1_0;11;29;32;14\n"}, ("gt.txt", "whole numbers")
+    ),
+    "a Python number in xml": InvalidFile(
         "cvat-video", cvat('frame="10" xtl="1_0"'), ("annotations.xml", "line 4", "a number")
     ),
-    "infinite box": Bad("mot", mot("1,1,10,10,inf,5,1,1,1"), ("gt.txt", "line 1", "four finite numbers")),
-    "negative box in xml": Bad(
+    "infinite box": InvalidFile("mot", mot("1,1,10,10,inf,5,1,1,1"), ("gt.txt", "line 1", "four finite numbers")),
+    "negative box in xml": InvalidFile(
         "cvat-video", cvat('frame="10" xbr="5"'), ("annotations.xml", "line 4", "positive width and height")
     ),
-    "negative box in json": Bad(
+    "negative box in json": InvalidFile(
         "coco",
         coco(annotations=[{"id": 1, "image_id": 1, "category_id": 1, "bbox": [10, 10, -5, 20]}]),
         ("instances_default.json", "annotation 1", "positive width and height"),
     ),
-    "negative box in text": Bad("yolo", yolo("0 0.5 0.5 -0.1 0.1"), ("frame_000010.txt", "line 1", "positive width")),
-    "negative box of a region": Bad(
+    "negative box in text": InvalidFile(
+        "yolo", yolo("0 0.5 0.5 -0.1 0.1"), ("frame_000010.txt", "line 1", "positive width")
+    ),
+    "negative box of a region": InvalidFile(
         "label-studio", label_studio(width=-1), ("tasks.json", "region 1, key frame 1", "positive width and height")
     ),
-    "frame out of range in xml": Bad(
+    "frame out of range in xml": InvalidFile(
         "cvat-video", cvat('frame="3000"'), ("annotations.xml", "line 4", "frame 3000 must be in 0 to 99")
     ),
-    "frame out of range in a name": Bad("voc", voc(name="frame_003000"), ("frame_003000.xml", "0 to 99")),
-    "frame out of range in rows": Bad(
+    "frame out of range in a name": InvalidFile("voc", voc(name="frame_003000"), ("frame_003000.xml", "0 to 99")),
+    "frame out of range in rows": InvalidFile(
         "tracks-csv",
         {"drive.csv": "frame,track_id,x1,y1,x2,y2\n1,1,1,1,9,9\n100,1,1,1,9,9\n"},
         ("drive.csv", "line 3", "frame 100 must be in 0 to 99"),
     ),
-    "unknown class number": Bad(
+    "unknown class number": InvalidFile(
         "yolo",
         yolo("7 0.5 0.5 0.1 0.1"),
         ("frame_000010.txt", "line 1", "class 7 is none of the 2 classes in data.yaml"),
     ),
-    "unknown class id": Bad(
+    "unknown class id": InvalidFile(
         "coco",
         coco(annotations=[{"id": 1, "image_id": 1, "category_id": 9, "bbox": [1, 1, 5, 5]}]),
         ("instances_default.json", "annotation 1", "matches no category"),
     ),
-    "duplicate category": Bad(
+    "duplicate category": InvalidFile(
         "coco",
         coco(categories=[{"id": 1, "name": "stop"}, {"id": 1, "name": "yield"}]),
         ("instances_default.json", "category 2", "id 1 occurs twice"),
     ),
-    "duplicate picture": Bad(
+    "duplicate picture": InvalidFile(
         "coco",
         coco(images=[{"id": 1, "file_name": "frame_000010.jpg"}, {"id": 1, "file_name": "frame_000011.jpg"}]),
         ("instances_default.json", "image 2", "id 1 occurs twice"),
     ),
-    "duplicate track": Bad(
+    "duplicate track": InvalidFile(
         "tracks-json", {"drive.json": json.dumps({"tracks": [TRACK, TRACK]})}, ("drive.json", "track 2", "called 'm1'")
     ),
-    "duplicate box": Bad(
+    "duplicate box": InvalidFile(
         "mot",
         mot("1,1,10,10,5,5,1,1,1", "1,1,50,10,5,5,1,1,1"),
         ("gt.txt", "line 2", "second, different box in frame 0"),
     ),
-    "duplicate key": Bad(
+    "duplicate key": InvalidFile(
         "coco", {"annotations/a.json": '{"images": [],\n"images": []}'}, ("a.json", "line 2", "'images' twice")
     ),
-    "six columns that are neither": Bad(
+    "six columns that are neither": InvalidFile(
         "yolo",
         yolo("0 0.5 0.5 0.1 0.1 0.5", "0 0.2 0.2 0.1 0.1 7.0"),
         ("frame_000010.txt", "line 2", "sixth column must be"),
     ),
-    "frame 0 where frames count from 1": Bad(
+    "frame 0 where frames count from 1": InvalidFile(
         "mot", mot("0,1,10,10,5,5,1,1,1"), ("gt.txt", "line 1", "1 to 100", "whether the file counts from 0 or 1")
     ),
-    "class 0 where classes count from 1": Bad(
+    "class 0 where classes count from 1": InvalidFile(
         "mot", mot("1,1,10,10,5,5,1,0,1"), ("gt.txt", "line 1", "class 0 must be 1 to 2", "first_class=0")
     ),
-    "frame 0 of a region": Bad("label-studio", label_studio(frame=0), ("tasks.json", "key frame 1", "1 to 100")),
-    "corner 0 where pixels count from 1": Bad(
+    "frame 0 of a region": InvalidFile(
+        "label-studio", label_studio(frame=0), ("tasks.json", "key frame 1", "1 to 100")
+    ),
+    "corner 0 where pixels count from 1": InvalidFile(
         "voc", voc((0, 10, 30, 30)), ("frame_000010.xml", "line 2", "cannot count from 1"), {"coordinates": "devkit"}
     ),
 }
 
-REPAIRED: dict[str, Bad] = {
-    "six columns": Bad(
+REPAIRED: dict[str, InvalidFile] = {
+    "six columns": InvalidFile(
         "yolo", yolo("0 0.5 0.5 0.1 0.1 3"), ("labels/train/frame_000010.txt, line 1", "5 columns", "track ids")
     ),
-    "duplicate row": Bad(
+    "duplicate row": InvalidFile(
         "mot", mot("1,1,10,10,5,5,1,1,1", "1,1,10,10,5,5,1,1,1"), ("Repeated boxes were taken once", "gt.txt, line 2")
     ),
-    "pixels that look like the devkit's": Bad("voc", voc(), ("whole numbers from 1 on", "lowered by 1")),
-    "box over the edge": Bad("cvat-video", cvat('frame="10" xtl="-4"'), ("cut there: 1", "annotations.xml, line 4")),
+    "pixels that look like the devkit's": InvalidFile("voc", voc(), ("whole numbers from 1 on", "lowered by 1")),
+    "box over the edge": InvalidFile(
+        "cvat-video", cvat('frame="10" xtl="-4"'), ("cut there: 1", "annotations.xml, line 4")
+    ),
 }
 
 

@@ -87,8 +87,8 @@ def test_frame_ids_equal_to_the_names_may_count_from_1(tmp_path: Path) -> None:
     assert picture_by_frame(_read(tmp_path, coco_file(linked, videos=VIDEOS))) == {10: 0}, (
         "as ByteTrack's converter writes it"
     )
-    ours = [{**images[0], "file_name": "frame_000011.jpg"}]
-    assert picture_by_frame(_read(tmp_path, coco_file(ours, videos=VIDEOS))) == {11: 0}
+    images_of_video = [{**images[0], "file_name": "frame_000011.jpg"}]
+    assert picture_by_frame(_read(tmp_path, coco_file(images_of_video, videos=VIDEOS))) == {11: 0}
 
 
 def test_ids_written_by_pandas(tmp_path: Path) -> None:

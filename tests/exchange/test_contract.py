@@ -231,8 +231,8 @@ def test_missing_labels_are_added_with_their_attributes(name: str, clip: Path, t
     """An export of one library is imported into another: labels by name, with the attributes of tracks."""
     answers = {"lit": True, "height": 7.0, "side": "right", "text <&>": "é"}
     tracks = [
-        make_track(f"m{place}", [place, place + 1], label=label, boxes=[(5 + place, 6, 25, 30)] * 2, attributes=said)
-        for place, (label, said) in enumerate(((43, answers), (44, {}), (45, {}), (14, {})), start=1)
+        make_track(f"m{index}", [index, index + 1], label=label, boxes=[(5 + index, 6, 25, 30)] * 2, attributes=said)
+        for index, (label, said) in enumerate(((43, answers), (44, {}), (45, {}), (14, {})), start=1)
     ]
     dataset = Dataset(SET, (_video(clip, tracks),))
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
@@ -245,7 +245,7 @@ def test_missing_labels_are_added_with_their_attributes(name: str, clip: Path, t
     assert {label.name for label in back.labels.labels[43:]} == names
     given = {track.frames[0]: track for track in back.videos[0].tracks()}
     called = {frame: label_name(back.labels, track.label) for frame, track in given.items()}
-    assert called == {place: SET.labels[label].name for place, label in enumerate((43, 44, 45, 14), start=1)}
+    assert called == {index: SET.labels[label].name for index, label in enumerate((43, 44, 45, 14), start=1)}
     if LOSSES[name].attributes != "none":
         said = {asked: f"{each:g}" if isinstance(each, float) else each for asked, each in given[1].attributes.items()}
         assert said == {**answers, "height": "7"}, "VOC does not say which texts are numbers"
@@ -279,8 +279,8 @@ def test_names_of_any_script(name: str, clip: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_hostile_names_give_a_file_or_a_sentence(name: str, clip: Path, tmp_path: Path) -> None:
     tracks = [
-        make_track(uid, [place], boxes=[(5, 6, 25, 30)], notes=((place, uid),))
-        for place, uid in enumerate(("=1+1", "../../x", "a\x00b", "\ud800", "line\nbreak", "<a>&amp;", '";DROP', " "))
+        make_track(uid, [index], boxes=[(5, 6, 25, 30)], notes=((index, uid),))
+        for index, uid in enumerate(("=1+1", "../../x", "a\x00b", "\ud800", "line\nbreak", "<a>&amp;", '";DROP', " "))
     ]
     dataset = Dataset(GTSRB, (_video(clip, tracks, name="../../etc/pass\x01wd"),))
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
@@ -314,9 +314,9 @@ def test_two_videos_of_one_name_get_their_own_tracks(
 ) -> None:
     videos = [
         _video(
-            clip, [make_track("m1", [place + 1], boxes=[(5.25, 6 + place, 25, 30)])], name=given, sha=str(place) * 64
+            clip, [make_track("m1", [index + 1], boxes=[(5.25, 6 + index, 25, 30)])], name=given, sha=str(index) * 64
         )
-        for place, given in enumerate(names)
+        for index, given in enumerate(names)
     ]
     dataset = Dataset(GTSRB, tuple(videos))
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)

@@ -32,10 +32,10 @@ def _task(id: int, source: str, **more: object) -> str:
 def _project(*tasks: str, tracks: dict[int, tuple[int, ...]], said: str = ' task_id="{}"') -> str:
     """A project's file; ``tracks`` has the frames of each task's track, in the numbers of the file."""
     rows = "".join(
-        f'<track id="{place}" label="stop"{said.format(task)}>'
+        f'<track id="{index}" label="stop"{said.format(task)}>'
         + "".join(BOX.format(frame, 1, int(frame == frames[-1]), 20) for frame in frames)
         + "</track>\n"
-        for place, (task, frames) in enumerate(tracks.items())
+        for index, (task, frames) in enumerate(tracks.items())
     )
     return f"<annotations><meta><project><tasks>\n{''.join(tasks)}</tasks></project></meta>\n{rows}</annotations>"
 
@@ -82,7 +82,7 @@ def test_refusals_of_projects(
     read_file: Read, tasks: tuple[str, ...], tracks: dict[int, tuple[int, ...]], said: str, rule: str
 ) -> None:
     with pytest.raises(ImportFormatError, match=rf"^annotations\.xml.*{rule}"):
-        read_file(_project(*(_task(place, name) for place, name in enumerate(tasks, 1)), tracks=tracks, said=said))
+        read_file(_project(*(_task(index, name) for index, name in enumerate(tasks, 1)), tracks=tracks, said=said))
 
 
 def test_tracks_of_two_tasks_without_tasks_are_refused(read_file: Read) -> None:

@@ -18,13 +18,13 @@ from tsr_engine.exchange.load import read_dataset
 def _tasks_about(*addresses: str, **more: Any) -> list[dict[str, Any]]:
     """One task per address; the boxes of each begin one frame later than those of the previous one."""
     tasks = []
-    for place, address in enumerate(addresses):
+    for index, address in enumerate(addresses):
         task = copy.deepcopy(SAMPLE[0])
         task["data"]["video"] = address
         for key in task["predictions"][0]["result"][0]["value"]["sequence"]:
-            key["frame"] += place
+            key["frame"] += index
             key["time"] = key["frame"] / 25
-        tasks.append({"id": place + 1, **task, **more})
+        tasks.append({"id": index + 1, **task, **more})
     return tasks
 
 

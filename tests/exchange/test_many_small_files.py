@@ -127,9 +127,11 @@ def test_both_readers_agree(tmp_path: Path, text: str) -> None:
         assert (one.tag, one.line, one.text) == (other.tag, other.line, other.text)
         for name in ("name", "score", "bndbox", "nothing"):
             assert one.value(name) == other.value(name)
-        ours, theirs = one.child("attributes"), other.child("attributes")
-        if ours is not None and theirs is not None:
-            assert ours.table("attribute", "name", "value") == theirs.table("attribute", "name", "value")
+        attributes, other_attributes = one.child("attributes"), other.child("attributes")
+        if attributes is not None and other_attributes is not None:
+            assert attributes.table("attribute", "name", "value") == other_attributes.table(
+                "attribute", "name", "value"
+            )
 
 
 def test_entries_of_any_size_are_written_whole() -> None:

@@ -115,7 +115,7 @@ def test_selection_of_frames() -> None:
 
 def test_names_of_several_videos_differ() -> None:
     names = ["drive.mp4", "a/Drive.mov", "ä b.mp4", "...", "x" * 200 + ".mp4"]
-    data = [make_video(name=name, sha=str(place) * 64) for place, name in enumerate(names, start=1)]
+    data = [make_video(name=name, sha=str(index) * 64) for index, name in enumerate(names, start=1)]
     made = picture_prefixes(data)
     assert made[:4] == ["drive-11111111_", "Drive-22222222_", "b_", "video_"]
     assert picture_prefixes(data[::-1]) == made[::-1], "names do not depend on the order"

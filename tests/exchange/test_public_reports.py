@@ -42,7 +42,7 @@ SPECIAL = "100% drive #1 ü.mp4"
 
 
 @dataclass(frozen=True)
-class Report:
+class BugReport:
     """What a report describes.
 
     Attributes:
@@ -84,28 +84,30 @@ HOLE = coco({"frame_000010.jpg": 10, "frame_000011.jpg": 11, "frame_000012.jpg":
     "[112, 86.0, 40, 40.0]", "{}"
 )
 REPORTS = {
-    "hash ends in digits": Report("google-coral/tutorials#27", roboflow(HASHES), (10, 11, 12)),
-    "hash ends in a letter": Report("google-coral/tutorials#27", roboflow(f"{h[:-1]}a" for h in HASHES), (10, 11, 12)),
-    "hash beyond the video": Report(
+    "hash ends in digits": BugReport("google-coral/tutorials#27", roboflow(HASHES), (10, 11, 12)),
+    "hash ends in a letter": BugReport(
+        "google-coral/tutorials#27", roboflow(f"{h[:-1]}a" for h in HASHES), (10, 11, 12)
+    ),
+    "hash beyond the video": BugReport(
         "google-coral/tutorials#27", roboflow(f"{h[:-3]}851" for h in HASHES), (10, 11, 12)
     ),
-    "hash in COCO": Report(
+    "hash in COCO": BugReport(
         "google-coral/tutorials#27",
         {"a.json": coco({f"drive_mp4-{f:04d}_jpg.rf.{h}.jpg": f for f, h in enumerate(HASHES, 10)})},
         (10, 11, 12),
     ),
-    "save_txt": Report("ultralytics/ultralytics#9208", save_txt(range(6)), range(6), 1, reported=("from 1",)),
-    "save_txt to the end": Report(
+    "save_txt": BugReport("ultralytics/ultralytics#9208", save_txt(range(6)), range(6), 1, reported=("from 1",)),
+    "save_txt to the end": BugReport(
         "ultralytics/ultralytics#22256", save_txt((97, 98, 99)), (97, 98, 99), reported=("from 1",)
     ),
-    "CocoVID": Report(
+    "CocoVID": BugReport(
         "open-mmlab/mmtracking#678",
         {"cocovid.json": cocovid()},
         (10, 10, 15, 15, 20, 20, 25, 25),
         2,
         (100, 80, 140, 120),
     ),
-    "CVAT project of videos": Report(
+    "CVAT project of videos": BugReport(
         "cvat-ai/cvat#4502",
         {
             "annotations.xml": "<annotations><meta><project><id>1</id><tasks>"
@@ -116,33 +118,33 @@ REPORTS = {
         tracks=1,
         reported=("other.mp4",),
     ),
-    "COCO of two videos": Report(
+    "COCO of two videos": BugReport(
         "cvat-ai/cvat#4993",
         {"a.json": coco({f"{v}/frame_{f:06d}.jpg": f + 20 * (v == "other") for v in ("drive", "other") for f in TEN})},
         reported=("other",),
     ),
-    "CVAT project of pictures": Report(
+    "CVAT project of pictures": BugReport(
         "cvat-ai/cvat#3458", {"annotations.xml": f"<annotations>{IMAGES}</annotations>"}, refused="task 1.*task 2"
     ),
-    "names that end alike": Report(
+    "names that end alike": BugReport(
         "HumanSignal/label-studio#5749",
         tasks("other.mp4", "/data/upload/1/1a2b3c4d-rear-drive.mp4"),
         refused="rear-drive",
     ),
-    "one other task": Report("HumanSignal/label-studio#5749", tasks("other.mp4"), reported=("other.mp4",)),
-    "one task that ends alike": Report(
+    "one other task": BugReport("HumanSignal/label-studio#5749", tasks("other.mp4"), reported=("other.mp4",)),
+    "one task that ends alike": BugReport(
         "HumanSignal/label-studio#5749", tasks("my-drive.mp4"), reported=("my-drive.mp4",)
     ),
-    "local storage": Report("HumanSignal/label-studio#1886", tasks("other.mp4", "/data/local-files/?d=drive.mp4")),
-    "sanitised upload": Report(
+    "local storage": BugReport("HumanSignal/label-studio#1886", tasks("other.mp4", "/data/local-files/?d=drive.mp4")),
+    "sanitised upload": BugReport(
         "HumanSignal/label-studio#878", tasks("other.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_ü.mp4"), video=SPECIAL
     ),
-    "JSON-MIN": Report(
+    "JSON-MIN": BugReport(
         "HumanSignal/label-studio#2630",
         {"min.json": json.dumps([{"video": "drive.mp4", "id": 1, "box": [region()["value"]], "annotator": 1}])},
         refused="Export as JSON, not JSON-MIN",
     ),
-    "rotation in COCO": Report(
+    "rotation in COCO": BugReport(
         "cvat-ai/cvat#4745",
         {"a.json": TURNED.replace("0.0}", "90.0}")},
         (10,),
@@ -150,7 +152,7 @@ REPORTS = {
         (120, 80, 240, 240),
         reported=("Rotated",),
     ),
-    "MOT ids from 0": Report(
+    "MOT ids from 0": BugReport(
         "cheind/py-motmetrics#116",
         {
             "drive.txt": rows("{n},0,{x1},{y1},{w},{h},0.9,-1,-1,-1")
@@ -160,7 +162,7 @@ REPORTS = {
         2,
         label=NONE,
     ),
-    "VisDrone": Report(
+    "VisDrone": BugReport(
         "VisDrone/VisDrone-Dataset#40",
         {"drive.txt": rows("{n},4,{x1},{y1},{w},{h},1,4,0,1")},
         tracks=1,
@@ -168,19 +170,19 @@ REPORTS = {
         reported=("VisDrone",),
         labels={"car": NONE},
     ),
-    "numpy.savetxt": Report(
+    "numpy.savetxt": BugReport(
         "numpy/numpy#16176",
         {"drive.txt": rows("{n:.18e} 3e0 {x1:.18e} {y1:.18e} 4e1 4e1 9e-1 -1 -1 -1")},
         tracks=1,
         label=NONE,
     ),
-    "BoxMOT": Report(
+    "BoxMOT": BugReport(
         "mikel-brostrom/boxmot#1578",
         {"drive.txt": rows("{n},9,{x1},{y1},{w},{h},1,14,0.412")},
         tracks=1,
         reported=("olumn 9",),
     ),
-    "seqinfo.ini without a size": Report(
+    "seqinfo.ini without a size": BugReport(
         "cvat-ai/cvat#3940",
         {
             "gt/gt.txt": rows("{n},4,{x1},{y1},{w},{h},1,1,1"),
@@ -189,12 +191,14 @@ REPORTS = {
         },
         tracks=1,
     ),
-    "CSVSink": Report("roboflow/supervision#746", {"sv.csv": rows(SINK_ROW, header=f"{SINK},frame_number")}, tracks=1),
-    "CSVSink, frame_index": Report(
+    "CSVSink": BugReport(
+        "roboflow/supervision#746", {"sv.csv": rows(SINK_ROW, header=f"{SINK},frame_number")}, tracks=1
+    ),
+    "CSVSink, frame_index": BugReport(
         "roboflow/supervision#746", {"sv.csv": rows(SINK_ROW, header=f"{SINK},frame_index")}, tracks=1
     ),
-    "to_json": Report("ultralytics/ultralytics#9208", {"res.json": json.dumps(results())}, tracks=1),
-    "a name beats a number": Report(
+    "to_json": BugReport("ultralytics/ultralytics#9208", {"res.json": json.dumps(results())}, tracks=1),
+    "a name beats a number": BugReport(
         "ultralytics/ultralytics#9208",
         {
             "res.csv": rows(
@@ -203,36 +207,36 @@ REPORTS = {
         },
         tracks=1,
     ),
-    "FiftyOne without key frames": Report(
+    "FiftyOne without key frames": BugReport(
         "voxel51/fiftyone#1374",
         {"drive.xml": f'<annotations><track id="1" label="stop">{boxes_xml(TEN, flags="")}</track></annotations>'},
         tracks=1,
     ),
-    "a rounding below 0": Report(
+    "a rounding below 0": BugReport(
         "own, after verify_image_label of Ultralytics",
         {"data.yaml": YAML, "labels/train/frame_000010.txt": "0 -0.0000001 0.5 0.0625 0.1\n"},
         (10,),
         first=(0, 162, 20, 198),
     ),
-    "ids as 11.0": Report(
+    "ids as 11.0": BugReport(
         "cocodataset/cocoapi#497",
         {"a.json": coco({"frame_000010.jpg": 10}, note={"image_id": 1.0, "category_id": 1.0})},
         (10,),
     ),
-    "a box of no height": Report(
+    "a box of no height": BugReport(
         "voxel51/fiftyone#1138", {"a.json": HOLE.replace("{}", "[112, 86, 40, 0]")}, refused="bad_boxes"
     ),
-    "a box of no height, left out": Report(
+    "a box of no height, left out": BugReport(
         "voxel51/fiftyone#1138",
         {"a.json": HOLE.replace("{}", "[112, 86, 40, 0]")},
         (10, 11),
         switches={"bad_boxes": "skip"},
         reported=("1 box",),
     ),
-    "no box at all, left out": Report(
+    "no box at all, left out": BugReport(
         "CVHub520/X-AnyLabeling#397", {"a.json": HOLE.replace("{}", "[]")}, (10, 11), switches={"bad_boxes": "skip"}
     ),
-    "quoted keys in data.yaml": Report(
+    "quoted keys in data.yaml": BugReport(
         "own", {"data.yaml": '"names":\n  0: stop\n', "labels/train/frame_000010.txt": yolo(10)}, (10,)
     ),
 }

@@ -310,8 +310,8 @@ def _cut_positions(size: int, most: int = 24) -> list[int]:
 def test_a_truncated_file_is_never_silent(name: str, beside: bool, clip: Path, tmp_path: Path) -> None:
     """Also without the accompanying files that only we write."""
     out = _exported(name, tmp_path / "out", _video(_tracks(range(FRAMES - 4, FRAMES)), clip))
-    ours = [] if beside else [*out.rglob("tracks.csv"), *out.rglob("pictures.txt")]
-    for path in ours:
+    track_files = [] if beside else [*out.rglob("tracks.csv"), *out.rglob("pictures.txt")]
+    for path in track_files:
         path.unlink()
     plain = _read(out, _video(), name)
     assert plain.boxes

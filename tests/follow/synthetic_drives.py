@@ -18,7 +18,7 @@ MARGIN = 260
 
 
 @dataclass(frozen=True)
-class Shot:
+class Frame:
     picture: Picture
     corrupt: bool = False
 
@@ -29,10 +29,10 @@ class Drive:
     boxes: dict[int, FloatArray]
 
     def source(self, requested: list[int] | None = None, corrupt: Sequence[int] = ()) -> Pictures:
-        def give(k: int) -> Shot | None:
+        def give(k: int) -> Frame | None:
             if requested is not None:
                 requested.append(k)
-            return Shot(self.pictures[k], k in corrupt) if 0 <= k < len(self.pictures) else None
+            return Frame(self.pictures[k], k in corrupt) if 0 <= k < len(self.pictures) else None
 
         return give
 

@@ -15,14 +15,14 @@ from tsr_engine.io.video import Frame, Video, VideoLimits, open_video
 KINDS = ("constant", "b_frames", "long_gop", "open_gop", "variable", "avi_mpeg4", "repeated_stamps_gop", "edit_list")
 
 
-class Counting(Video):
+class CountingVideo(Video):
     """Counts requested frames other than the anchor's."""
 
     decoded = 0
 
     def frames(self, *args: Any, **options: Any) -> Iterator[Frame]:
         for frame in super().frames(*args, **options):
-            Counting.decoded += 1
+            CountingVideo.decoded += 1
             yield frame
 
 
@@ -56,16 +56,16 @@ def test_prepared_frames_are_equal_and_need_no_further_pass(kind: str, make_vide
     with open_video(path) as video:
         truth = pictures_of(video)
     middle = len(truth) // 2
-    with Counting(OpenedFile.by_name(path), VideoLimits()) as video, BidirectionalFrames(video) as give:
+    with CountingVideo(OpenedFile.by_name(path), VideoLimits()) as video, BidirectionalFrames(video) as give:
         for k in (2, middle):
             give.prefetch(k)
-        Counting.decoded = 0
+        CountingVideo.decoded = 0
         give.prefetch(middle)
         for k in (middle, middle + 1, middle - 1, middle, middle - 3):
             frame = give(k)
             assert frame is not None
             assert np.array_equal(frame.picture, truth[k])
-        assert Counting.decoded == 0
+        assert CountingVideo.decoded == 0
 
 
 def test_a_jump_works(make_video: Any) -> None:
@@ -83,11 +83,11 @@ def test_going_back_through_a_long_group_decodes_each_frame_once(make_video: Any
     path = make_video("long_gop").path
     with open_video(path) as video:
         count = len(pictures_of(video))
-    with Counting(OpenedFile.by_name(path), VideoLimits()) as video, BidirectionalFrames(video) as give:
-        Counting.decoded = 0
+    with CountingVideo(OpenedFile.by_name(path), VideoLimits()) as video, BidirectionalFrames(video) as give:
+        CountingVideo.decoded = 0
         for k in range(count - 1, -1, -1):
             assert give(k) is not None
-        assert count <= Counting.decoded <= count + 4
+        assert count <= CountingVideo.decoded <= count + 4
 
 
 def test_the_cache_is_bounded(make_video: Any) -> None:

@@ -185,7 +185,7 @@ def globox_write(format: str, path: Path) -> Any:
     found = globox.AnnotationSet(
         [globox.Annotation(f"frame_{frame:06d}.jpg", (WIDTH, HEIGHT), boxes) for frame, boxes in by_frame.items()]
     )
-    numbers = {name: place for place, name in enumerate(CLASSES)}
+    numbers = {name: index for index, name in enumerate(CLASSES)}
     path.mkdir(parents=True, exist_ok=True)
     if format == "coco":
         found.save_coco(

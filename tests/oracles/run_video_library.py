@@ -251,7 +251,7 @@ def label_studio_sdk_images(format: str, path: Path) -> Any:
     for frame in range(FRAMES):
         regions = [
             {
-                "id": f"r{place}",
+                "id": f"r{index}",
                 "type": "rectanglelabels",
                 "from_name": "label",
                 "to_name": "image",
@@ -266,7 +266,7 @@ def label_studio_sdk_images(format: str, path: Path) -> Any:
                     "rectanglelabels": [name],
                 },
             }
-            for place, (_, name, x1, y1, x2, y2, _) in enumerate(by_frame.get(frame, []))
+            for index, (_, name, x1, y1, x2, y2, _) in enumerate(by_frame.get(frame, []))
         ]
         upload = f"{frame + 0xA0B0C0D0:08x}-frame_{frame:06d}.jpg"
         note = {"id": frame, "completed_by": 1, "result": regions, "created_at": "", "updated_at": "", "lead_time": 1.0}

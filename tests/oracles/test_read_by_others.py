@@ -155,6 +155,6 @@ def test_ultralytics_accepts_the_data_set_for_training(
     found = run_library("ultralytics", "check", "yolo", _export(dataset, "yolo", tmp_path / "out"))
     assert found["bad"] == []
     assert found["verified"] == len(boxes_of(dataset))
-    assert found["names"] == {str(place): label.name for place, label in enumerate(dataset.labels)}
+    assert found["names"] == {str(index): label.name for index, label in enumerate(dataset.labels)}
     assert found["tensor"][0] == 3
     assert_same_boxes(boxes_of(dataset), found["boxes"], 0.001)

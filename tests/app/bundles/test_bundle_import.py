@@ -78,9 +78,9 @@ def test_an_imported_bundle_replays_unchanged(bundled: ToyBundle, server: Server
 
     # the evidence equals the run's
     folder = server.settings.home / "runs" / run_id
-    with EvidenceReader(folder) as ours, bundled.home.reader() as theirs:
-        assert (ours.first_frame, ours.last_frame, ours.header.video.sha256) == (START, STOP - 1, video_id)
-        for a, b in zip(ours.frames(), theirs.frames(START, STOP), strict=True):
+    with EvidenceReader(folder) as imported, bundled.home.reader() as original:
+        assert (imported.first_frame, imported.last_frame, imported.header.video.sha256) == (START, STOP - 1, video_id)
+        for a, b in zip(imported.frames(), original.frames(START, STOP), strict=True):
             assert a.ordinal == b.ordinal - offset
             for x, y in zip(a.tracks, b.tracks, strict=True):
                 assert (x.track_id, x.source, x.state) == (y.track_id, y.source, y.state)
@@ -157,8 +157,8 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: ToyBundle, server: Ser
     assert documents[0]["segments"][0]["last"] == min(last.last_frame, stop - 1) - offset
     with server.context.database.read() as session:
         clip = Path(session.get_one(Video, reported["video"]["id"]).path)
-    with open_video(clip) as ours, open_video(video) as theirs:
-        assert np.array_equal(ours.read(first - offset).picture, theirs.read(first).picture)
+    with open_video(clip) as imported, open_video(video) as original:
+        assert np.array_equal(imported.read(first - offset).picture, original.read(first).picture)
 
 
 def test_a_second_import_adds_a_run_to_the_video(bundled: ToyBundle, server: Server) -> None:

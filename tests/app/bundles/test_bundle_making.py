@@ -98,9 +98,9 @@ def test_the_command_line_makes_the_same(bundled: ToyBundle, tmp_path: Path, cap
     assert run([*arguments, "--note", "reads as a stop sign", "--json", "--no-recording"]) == 0
     reported = json.loads(capfd.readouterr().out)
     assert [one["met"] for one in reported["expected"]] == [False, False, False, True]
-    with zipfile.ZipFile(out) as ours, zipfile.ZipFile(bundled.path) as theirs:
+    with zipfile.ZipFile(out) as from_command, zipfile.ZipFile(bundled.path) as from_server:
         for name in ("clip.mp4", "evidence/evidence.sqlite", "expectation.json", "corrections.json", "output.csv"):
-            assert ours.read(name) == theirs.read(name), name
+            assert from_command.read(name) == from_server.read(name), name
 
 
 def test_the_command_line_on_a_bare_folder(home: Any, tmp_path: Path, capfd: Any) -> None:

@@ -47,7 +47,7 @@ def corrections() -> tuple[TrackDoc, ...]:
         "56": KeyFrame(box=(17.0, 2.0, 27.0, 12.0), interpolate=True),
         "62": KeyFrame(box=(23.0, 2.0, 33.0, 12.0), outside=True),
     }
-    mine = TrackDoc(key="habcdef", revision=2, class_id=WRONG, keys=keys)
+    drawn = TrackDoc(key="habcdef", revision=2, class_id=WRONG, keys=keys)
     relabelled = TrackDoc(
         key="m2",
         revision=3,
@@ -56,7 +56,7 @@ def corrections() -> tuple[TrackDoc, ...]:
         keys={"50": KeyFrame(box=sign_box(50)), "60": KeyFrame(box=sign_box(60))},
         notes=(note,),
     )
-    return relabelled, mine
+    return relabelled, drawn
 
 
 def run_next_job(home: Any) -> Output:

@@ -96,8 +96,8 @@ def test_a_missing_edited_track_is_a_conflict_unless_it_was_deleted() -> None:
 
 def test_edits_of_the_new_run_are_kept() -> None:
     docs = edited_documents({"name": "relabel_track", "key": "m1", "class_id": 8})
-    theirs = engine_doc(7, 0, 32).model_copy(update={"review": "needs_work"})
-    result = adopt_documents(docs, run(OLD), run(NEW), {"m7": theirs}, FRAMES)
+    reviewed = engine_doc(7, 0, 32).model_copy(update={"review": "needs_work"})
+    result = adopt_documents(docs, run(OLD), run(NEW), {"m7": reviewed}, FRAMES)
     assert (result.changed, [key for key, _, _ in result.conflicts]) == ({}, ["m1"])
 
 

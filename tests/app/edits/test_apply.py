@@ -168,12 +168,12 @@ def test_merge_keeps_the_boxes_of_both(seed: int, length: int) -> None:
             assert merged[other].gone
             assert merged[other].merged_into == key
             for f in range(76):
-                mine, theirs, now = (box_shown(d, f) for d in (docs[key], docs[other], merged[key]))
+                first, second, now = (box_shown(d, f) for d in (docs[key], docs[other], merged[key]))
                 has = any(s.first <= f <= s.last for s in docs[key].segments)
-                if mine is not None:
-                    assert is_near(now, mine), (key, other, f)
+                if first is not None:
+                    assert is_near(now, first), (key, other, f)
                 elif not has:
-                    assert is_near(now, theirs), (key, other, f)
+                    assert is_near(now, second), (key, other, f)
 
 
 @settings(max_examples=100, deadline=None)

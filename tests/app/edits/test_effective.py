@@ -57,7 +57,7 @@ def test_key_frames_beyond_the_end_have_no_effect(far: int) -> None:
     piece = Segment(track=3, first=50, last=OPEN_END)
     doc = TrackDoc(key="hfar0001", segments=(piece,), keys={str(frame): key for frame, key in keys.items()})
     found = corrected_boxes(table(), {doc.key: doc}, LAST)
-    mine = found.track == found.names.index(doc.key)
+    of_track = found.track == found.names.index(doc.key)
     want = {frame: shown.box for frame in range(LAST) if (shown := box_at(doc, frame, engine_box)) is not None}
-    assert dict(zip(found.frame[mine].tolist(), map(tuple, found.boxes[mine].tolist()), strict=True)) == want
+    assert dict(zip(found.frame[of_track].tolist(), map(tuple, found.boxes[of_track].tolist()), strict=True)) == want
     assert sorted(want) == list(range(5, LAST))

@@ -99,11 +99,11 @@ def test_undo_targets_persist_and_are_per_person(server: Server, ann: EditClient
     assert ann.annotation()["redo"]["op_id"] == first
     # a new edit: redo is no longer possible
     ann.send(relabel(tracks[1], 4), f'"{tracks[1]}:1"')
-    mine = ann.send(relabel(tracks[0], 5), f'"{tracks[0]}:4"').json()["op_id"]
+    own_op = ann.send(relabel(tracks[0], 5), f'"{tracks[0]}:4"').json()["op_id"]
     assert ann.annotation()["redo"] is None
     # bob's later change makes it impossible to undo, but not the edits before it
     over = bob.send(relabel(tracks[0], 6), f'"{tracks[0]}:5"').json()["op_id"]
-    answer = ann.send({"name": "undo", "op_id": mine})
+    answer = ann.send({"name": "undo", "op_id": own_op})
     assert error_of(answer) == (409, "stale")
     assert answer.json()["error"]["message"] == f"bob has changed track {tracks[0]} since. Undo would lose that."
     assert answer.json()["error"]["details"]["current"][0]["class_id"] == 6
@@ -114,7 +114,7 @@ def test_undo_targets_persist_and_are_per_person(server: Server, ann: EditClient
     assert (ann.annotation()["undo"], ann.annotation()["redo"]["op_id"]) == (None, before["op_id"])
     # once bob undoes his, it is the next target again
     assert bob.send({"name": "undo", "op_id": over}).status_code == 200
-    assert ann.annotation()["undo"]["op_id"] == mine
+    assert ann.annotation()["undo"]["op_id"] == own_op
 
 
 def test_every_edit_is_in_the_stream(server: Server, ann: EditClient, tracks: list[str]) -> None:

@@ -46,26 +46,26 @@ def test_track_columns_equal_the_records(home: Any) -> None:
     assert len(records) >= 2
     assert columns["complete"] is True
     assert columns["tau"] == 3.0
-    for place, track in enumerate(columns["id"]):
+    for index, track in enumerate(columns["id"]):
         frames = records[track]
         sources = Counter(t.source for _, t in frames)
-        assert columns["first"][place] == frames[0][0]
-        assert columns["last"][place] == frames[-1][0]
-        assert columns["frames"][place] == len(frames)
-        assert columns["detected"][place] == sum(t.detection is not None for _, t in frames)
-        assert columns["clearest"][place] == clearest(frames, home)
-        assert columns["relocalised"][place] == sources["relocalised"]
+        assert columns["first"][index] == frames[0][0]
+        assert columns["last"][index] == frames[-1][0]
+        assert columns["frames"][index] == len(frames)
+        assert columns["detected"][index] == sum(t.detection is not None for _, t in frames)
+        assert columns["clearest"][index] == clearest(frames, home)
+        assert columns["relocalised"][index] == sources["relocalised"]
         last = [t.recognition for _, t in frames if t.recognition is not None][-1]
-        assert columns["class_id"][place] == last.class_id
-        assert columns["share"][place] == pytest.approx(last.share, abs=1e-4)
-        assert columns["runner_up"][place] == last.runner_up
+        assert columns["class_id"][index] == last.class_id
+        assert columns["share"][index] == pytest.approx(last.share, abs=1e-4)
+        assert columns["runner_up"][index] == last.runner_up
         expected = last.votes[last.runner_up] / last.votes.sum()
-        assert columns["runner_up_share"][place] == pytest.approx(expected, abs=1e-4)
-        assert 0 <= columns["uncertainty"][place] <= 1
+        assert columns["runner_up_share"][index] == pytest.approx(expected, abs=1e-4)
+        assert 0 <= columns["uncertainty"][index] <= 1
         rejected = sum(t.gate is not None and not t.gate.confident for _, t in frames)
-        assert columns["rejected"][place] == rejected
+        assert columns["rejected"][index] == rejected
         # as many verdicts as in the lanes: without the frame in which the track ended
-        assert facts.judged[place] == sum(t.gate is not None for _, t in frames)
+        assert facts.judged[index] == sum(t.gate is not None for _, t in frames)
     assert sum(columns["rejected"]) > 0
 
 

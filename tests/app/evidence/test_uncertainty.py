@@ -138,20 +138,20 @@ def test_uncertainty_never_falls_when_a_track_gets_worse() -> None:
 
 def test_a_contradicting_run_raises_the_uncertainty(home: Any) -> None:
     with home.reader() as reader:
-        mine, facts = confirmed_boxes(reader), read_track_properties(reader)
-    agrees = compare_with_run(mine, mine, facts, "Run 2", (0, 75), GTSRB)
+        run_boxes, facts = confirmed_boxes(reader), read_track_properties(reader)
+    agrees = compare_with_run(run_boxes, run_boxes, facts, "Run 2", (0, 75), GTSRB)
     assert agrees.weight.tolist() == [0.0] * len(facts.id)
-    relabelled = replace(mine, class_id=np.where(mine.track == 0, 30, mine.class_id))
-    other = compare_with_run(mine, relabelled, facts, "Run 2", (0, 75), GTSRB)
+    relabelled = replace(run_boxes, class_id=np.where(run_boxes.track == 0, 30, run_boxes.class_id))
+    other = compare_with_run(run_boxes, relabelled, facts, "Run 2", (0, 75), GTSRB)
     assert other.weight[0] == 1.0
     assert other.sentence[0] == "Run 2 labels it 'ice or snow'."
     assert other.weight[1:].tolist() == [0.0] * (len(facts.id) - 1)
-    without = mine.rows(mine.track == 0)
-    lost = compare_with_run(mine, without, facts, "Run 2", (0, 75), GTSRB)
+    without = run_boxes.rows(run_boxes.track == 0)
+    lost = compare_with_run(run_boxes, without, facts, "Run 2", (0, 75), GTSRB)
     assert lost.weight.tolist() == [0.0] + [0.5] * (len(facts.id) - 1)
     assert lost.sentence[1] == "Run 2 has no such track."
     # Frames that the other run did not process do not count.
-    unseen = compare_with_run(mine, without, facts, "Run 2", (0, int(facts.last[1])), GTSRB)
+    unseen = compare_with_run(run_boxes, without, facts, "Run 2", (0, int(facts.last[1])), GTSRB)
     assert unseen.weight.tolist() == [0.0] * len(facts.id)
 
 

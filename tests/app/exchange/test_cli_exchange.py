@@ -139,10 +139,10 @@ def test_imports_as_ground_truth_run_and_annotation(
         assert ("drive.mp4 means the run" in capsys.readouterr().err) == reported
     made = answer(capsys, *onto, "run", "--name", "theirs")
     assert api.get(f"/api/runs/{made['id']}")["name"] == "theirs"
-    theirs = api.tracks(made["id"]).values()
-    assert {track.source for track in theirs} == {"imported"}
+    imported = api.tracks(made["id"]).values()
+    assert {track.source for track in imported} == {"imported"}
     for wanted in (clipped_to_picture(track, 320, 240) for track in api.tracks().values()):
-        twin = next(track for track in theirs if np.array_equal(track.frames, wanted.frames))
+        twin = next(track for track in imported if np.array_equal(track.frames, wanted.frames))
         assert abs(twin.boxes - wanted.boxes).max() < 0.51
         assert twin.occluded.tolist() == wanted.occluded.tolist()
         assert (twin.state, twin.notes) == (wanted.state, wanted.notes)

@@ -28,9 +28,9 @@ def test_an_unchanged_run_is_exported_unchanged(read_only_api: ExchangeClient) -
     tracks = api.tracks()
     assert list(tracks) == list(boxes.names) == ["m1", "m2"]
     for number, track in enumerate(tracks.values()):
-        mine = boxes.track == number
-        np.testing.assert_array_equal(track.frames, boxes.frame[mine])
-        np.testing.assert_array_equal(track.boxes, boxes.boxes[mine])
+        of_track = boxes.track == number
+        np.testing.assert_array_equal(track.frames, boxes.frame[of_track])
+        np.testing.assert_array_equal(track.boxes, boxes.boxes[of_track])
         assert not track.key.any()
         assert ((track.score > 0) & (track.score < 1)).all()
         assert (track.source, track.state, track.labels) == ("engine", "open", None)
@@ -43,12 +43,12 @@ def test_a_corrected_run_is_exported_as_compared(api: ExchangeClient) -> None:
     tracks = api.tracks()
     context = api.server.context
     wanted = corrected_boxes(context.evidence.boxes(api.run_id), api.documents(), 75)
-    for place, key in enumerate(wanted.names):
+    for index, key in enumerate(wanted.names):
         if key == "m2":  # rejected: no boxes, but it can be exported by its state
             continue
-        mine = wanted.track == place
-        np.testing.assert_array_equal(tracks[key].frames, wanted.frame[mine])
-        np.testing.assert_array_equal(tracks[key].boxes, wanted.boxes[mine])
+        of_track = wanted.track == index
+        np.testing.assert_array_equal(tracks[key].frames, wanted.frame[of_track])
+        np.testing.assert_array_equal(tracks[key].boxes, wanted.boxes[of_track])
     m1, drawn = tracks["m1"], tracks["hdrawn01"]
     assert (m1.label, m1.source, tracks["m2"].state, drawn.source, drawn.label) == (
         13,

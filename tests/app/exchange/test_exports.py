@@ -119,7 +119,7 @@ def test_boxes_outside_the_range_of_the_run_are_counted(api: ExchangeClient) -> 
 @pytest.mark.parametrize("format", ["mot", "gtsrb"])
 def test_pictures_of_a_replaced_video_are_not_exported(api: ExchangeClient, tmp_path: Path, format: str) -> None:
     with api.server.context.database.read() as session:
-        mine = Path(session.get_one(Video, api.video_id).path)
+        video_path = Path(session.get_one(Video, api.video_id).path)
     other = tmp_path / "another" / "drive.mp4"
     other.parent.mkdir()
     with VideoWriter(other, 128, 96, Fraction(25)) as writer:
@@ -132,7 +132,7 @@ def test_pictures_of_a_replaced_video_are_not_exported(api: ExchangeClient, tmp_
     assert f"{other} is not the video of the run" in output["error"]
     assert api.output_files() == []
     assert api.export(format="mot", stop=40)["state"] == "complete", "boxes need no file"
-    other.write_bytes(mine.read_bytes())
+    other.write_bytes(video_path.read_bytes())
     assert api.export(format=format, pictures="annotated", stop=40)["state"] == "complete", "a copy is the video"
 
 

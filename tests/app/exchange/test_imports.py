@@ -20,8 +20,8 @@ def test_an_export_of_one_run_is_matched_by_position_in_another(api: ExchangeCli
     rows = next(content for name, content in unzipped(exported).items() if name.endswith(".csv")).decode()
     turned = rows.replace("m1,", "m0,").replace("m2,", "m1,").replace("m0,", "m2,")
     second = api.import_file(turned.encode(), "run", name="second.csv")["id"]
-    ours, theirs = api.tracks(), api.tracks(second)
-    np.testing.assert_allclose(theirs["m2"].boxes, clipped_to_picture(ours["m1"], 320, 240).boxes, atol=0.1)
+    original, imported = api.tracks(), api.tracks(second)
+    np.testing.assert_allclose(imported["m2"].boxes, clipped_to_picture(original["m1"], 320, 240).boxes, atol=0.1)
     found = api.import_file(exported, "annotation", run=second)
     assert (found["tracks"], found["same"]) == (0, 2), found
     assert api.import_file(exported, "annotation", run=api.run_id)["same"] == 2
@@ -32,8 +32,8 @@ def test_an_export_imported_as_a_run_is_the_same_run(read_only_api: ExchangeClie
     table = api.server.context.evidence.boxes(api.run_id)
     assert (table.boxes[:, 2] > 320).any() or (table.boxes[:, :2] < 0).any() or (table.boxes[:, 3] > 240).any()
     content = read_only_api.download(read_only_api.export(format="tracks-csv"))
-    theirs = api.import_file(content, "run", name="back")["id"]
-    found = api.get(f"/api/compare?reference=run:{api.run_id}&candidate=run:{theirs}")
+    imported_run = api.import_file(content, "run", name="back")["id"]
+    found = api.get(f"/api/compare?reference=run:{api.run_id}&candidate=run:{imported_run}")
     values = {name: found["figures"][name]["value"] for name in ("precision", "recall", "coverage", "eq7")}
     assert values == {"precision": 1, "recall": 1, "coverage": 1, "eq7": pytest.approx(0, abs=1e-4)}
     assert found["figures"]["eq7"]["frames"] == []
@@ -46,10 +46,10 @@ def test_a_file_becomes_ground_truth(api: ExchangeClient, annotations: bytes) ->
     assert [(truth["name"], truth["count"]) for truth in ground_truths] == [("theirs.xml", found["boxes"])]
     boxes = api.get(f"/api/ground-truths/{found['id']}/boxes?first=0&last=74")["boxes"]
     wanted = clipped_to_picture(api.tracks()["m1"], 320, 240)
-    mine = [box for box in boxes if box["track"] == 1]
-    assert [box["frame"] for box in mine] == wanted.frames.tolist()
-    np.testing.assert_allclose([box["box"] for box in mine], wanted.boxes, atol=0.51)
-    assert {box["class_id"] for box in mine} == {wanted.label}
+    of_track = [box for box in boxes if box["track"] == 1]
+    assert [box["frame"] for box in of_track] == wanted.frames.tolist()
+    np.testing.assert_allclose([box["box"] for box in of_track], wanted.boxes, atol=0.51)
+    assert {box["class_id"] for box in of_track} == {wanted.label}
     api.import_file(annotations, "truth", name="theirs.xml")
     assert len(api.get(f"/api/videos/{api.video_id}/ground-truths")["ground_truths"]) == 1, (
         "one of the same name is replaced"
@@ -272,10 +272,10 @@ def test_a_merged_sign_is_not_doubled_in_another_run(api: ExchangeClient) -> Non
 
 def test_a_mapped_name_becomes_its_class(read_only_api: ExchangeClient, annotations: bytes) -> None:
     api = read_only_api
-    theirs = annotations.replace(b'"stop"', b'"Stopschild"').replace(b">stop<", b">Stopschild<")
-    refused = api.send_import(theirs, "truth", name="x")
+    foreign_file = annotations.replace(b'"stop"', b'"Stopschild"').replace(b">stop<", b">Stopschild<")
+    refused = api.send_import(foreign_file, "truth", name="x")
     assert (refused.status_code, refused.json()["error"]["code"]) == (422, "unknown_labels")
-    mapped = api.import_file(theirs, "run", name="y", label_map=json.dumps({"Stopschild": 14}))
+    mapped = api.import_file(foreign_file, "run", name="y", label_map=json.dumps({"Stopschild": 14}))
     assert not any("Stopschild" in sentence for sentence in mapped["repaired"])
     assert {track.label for track in api.tracks(mapped["id"]).values()} == {14}
 

@@ -27,7 +27,7 @@ from tests.forked_program import ForkedProgram
 from tests.waiting import time_limit
 
 
-class Reviewing:
+class ReviewProcess:
     """A running ``tsr review``."""
 
     def __init__(self, home: Path) -> None:
@@ -86,9 +86,9 @@ class Reviewing:
 
 
 @contextmanager
-def reviewing(home: Path) -> Iterator[Reviewing]:
+def reviewing(home: Path) -> Iterator[ReviewProcess]:
     """``tsr review``, ended by Ctrl-C if it still runs."""
-    made = Reviewing(home)
+    made = ReviewProcess(home)
     try:
         yield made
     finally:

@@ -55,7 +55,7 @@ def team_server(tracked_home: ToyHome) -> Iterator[Server]:
 
 @pytest.fixture
 def team(team_server: Server) -> Iterator[Team]:
-    """A person of each role; they are gone after the test."""
+    """A person of each role; they are removed after the test."""
     made = make_team(team_server)
     yield made
     made.unregister()

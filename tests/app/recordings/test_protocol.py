@@ -49,8 +49,8 @@ def file_descriptor(data: mmap.mmap, name: str) -> Iterator[bytes]:
     """The messages (``DescriptorProto``) of one file of the protocol, from the SDK's gRPC reflection data."""
     start = data.find(bytes([0x0A, len(name)]) + name.encode() + b"\x12")
     assert start >= 0, f"the SDK carries no descriptor of {name} any more"
-    for place, (number, content) in enumerate(fields(data, start)):
-        if number == 0 or number > 12 or (number == 1 and place):
+    for index, (number, content) in enumerate(fields(data, start)):
+        if number == 0 or number > 12 or (number == 1 and index):
             return  # the rest belongs to other files
         if number == 4:
             yield content

@@ -70,8 +70,8 @@ def test_simplified_lines_keep_their_ends_and_stay_close_to_boxes(lengths: list[
     assert (np.diff(rows) > 0).all()
     if len(rows) < most:
         for number in range(len(lengths)):
-            mine = np.flatnonzero(strand == number)
-            assert passes_by(points[mine], np.searchsorted(mine, rows[strand[rows] == number])) <= 0.15 + 1e-9
+            of_strand = np.flatnonzero(strand == number)
+            assert passes_by(points[of_strand], np.searchsorted(of_strand, rows[strand[rows] == number])) <= 0.15 + 1e-9
 
 
 def test_a_straight_line_needs_two_corners_and_a_bend_one_more() -> None:

@@ -38,8 +38,8 @@ def test_the_page_connects_to_and_is_framed_by_this_server_only() -> None:
 
 def test_the_script_is_unpacked_for_its_hash() -> None:
     text = viser_page().content.decode()
-    for ours in (page_module.HUSH, page_module.BAR, page_module.AWAKE, page_module.PLAIN):
-        text = text.replace(f"<script>{ours}</script>", "")
+    for script in (page_module.HUSH, page_module.BAR, page_module.AWAKE, page_module.PLAIN):
+        text = text.replace(f"<script>{script}</script>", "")
     loader, program = page_module.page_scripts(text)
     assert b"DecompressionStream" in loader
     assert len(program) > 1_000_000

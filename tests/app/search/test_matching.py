@@ -44,7 +44,7 @@ STOP, YIELD, MINE = 14, 13, 43
 CHOICES = (Attribute(name="dirty", kind="checkbox", default=False), Attribute(name="lit é", kind="text", mutable=True))
 
 
-class Watched(EvidenceService):
+class RecordingEvidence(EvidenceService):
     """Evidence that records which runs were read."""
 
     def __init__(self, settings: Settings, database: Database) -> None:
@@ -68,7 +68,7 @@ class IndexedLibrary:
     def __init__(self, database: Database, home: Path) -> None:
         self.database, self.home = database, home
         self.events = EventBus()
-        self.evidence = Watched(Settings(home=home), database)
+        self.evidence = RecordingEvidence(Settings(home=home), database)
         self.labelled = LabelledVideos(database, SearchIndex(database, self.evidence))
 
     def add(self, name: str, classes: list[int] | None, *docs: TrackDoc, **more: Any) -> None:

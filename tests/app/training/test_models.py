@@ -325,8 +325,8 @@ def test_missing_labels_of_a_version_are_listed() -> None:
     gtsrb = shipped_set("gtsrb-43")
     more = Label(id=43, key="bus-stop", name="bus stop")
     bin_ = Label(id=44, key="bin", name="litter bin", teach="background")
-    ours = gtsrb.model_copy(update={"labels": (*gtsrb.labels, more, bin_), "next_id": 45})
+    extended_set = gtsrb.model_copy(update={"labels": (*gtsrb.labels, more, bin_), "next_id": 45})
     assert label_facts(None, gtsrb) == {"labels": 43, "lacks": []}
-    assert label_facts(None, ours) == {"labels": 43, "lacks": ["bus stop"]}
-    facts = label_facts(["stop", "bus stop"], ours)
+    assert label_facts(None, extended_set) == {"labels": 43, "lacks": ["bus stop"]}
+    facts = label_facts(["stop", "bus stop"], extended_set)
     assert (facts["labels"], len(facts["lacks"])) == (2, 42)

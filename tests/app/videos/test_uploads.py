@@ -180,7 +180,7 @@ def _upload(server: Server, content: bytes, name: str = "x.mp4") -> Any:
     return server.context.videos.add_upload(part, name, hashlib.sha256(content).hexdigest())
 
 
-class _Meanwhile:
+class _ConcurrentAction:
     """Run an action in another thread at a given moment. The thread is joined unless it waits for this one."""
 
     def __init__(self, work: Callable[[], Any]) -> None:
@@ -232,7 +232,7 @@ def test_an_upload_while_the_same_video_is_removed_keeps_its_file(
 ) -> None:
     content = clip.read_bytes()
     first = _upload(server, content)
-    again = _Meanwhile(lambda: _upload(server, content))
+    again = _ConcurrentAction(lambda: _upload(server, content))
     with monkeypatch.context() as patch:
         moment(patch, again)
         server.context.videos.remove(first.id)
@@ -246,7 +246,7 @@ def test_a_failed_upload_keeps_the_file_of_a_simultaneous_one(
     server: Server, clip: Path, monkeypatch: pytest.MonkeyPatch, decided: bool
 ) -> None:
     content = clip.read_bytes()
-    other = _Meanwhile(lambda: _upload(server, content))
+    other = _ConcurrentAction(lambda: _upload(server, content))
     add, first = VideoService.add_row, threading.get_ident()
 
     def fail_first(self: VideoService, *given: Any, **more: Any) -> Any:

@@ -239,17 +239,17 @@ def test_a_run_can_be_renamed_and_pages_are_notified(home: Any) -> None:
 def test_all_what_ifs_of_a_run_are_removed_at_once(home: Any) -> None:
     origin = home.add_run(name="Origin")
     other = home.add_run(name="Other")
-    mine = [home.add_run(kind="whatif", parent_id=origin) for _ in range(2)]
+    whatifs = [home.add_run(kind="whatif", parent_id=origin) for _ in range(2)]
     going = home.add_run(kind="whatif", parent_id=origin, state="running")
-    theirs = home.add_run(kind="whatif", parent_id=other)
-    for name in (*mine, theirs):
+    other_whatif = home.add_run(kind="whatif", parent_id=other)
+    for name in (*whatifs, other_whatif):
         (home.settings.home / "runs" / name).mkdir(parents=True)
-    assert sorted(runs(home).remove_whatifs(origin)) == sorted(mine)
+    assert sorted(runs(home).remove_whatifs(origin)) == sorted(whatifs)
     with home.database.read() as session:
         left = set(session.scalars(select(Run.id)))
-    assert {origin, other, going, theirs} <= left
-    assert not left & set(mine)
-    assert [(home.settings.home / "runs" / name).exists() for name in (*mine, theirs)] == [False, False, True]
+    assert {origin, other, going, other_whatif} <= left
+    assert not left & set(whatifs)
+    assert [(home.settings.home / "runs" / name).exists() for name in (*whatifs, other_whatif)] == [False, False, True]
     assert runs(home).remove_whatifs(origin) == []
     with pytest.raises(NotFound):
         runs(home).remove_whatifs("0" * 32)
