@@ -26,18 +26,16 @@ export function createCardAssignments(app, id) {
       element.hidden = videoAssignments.length === 0 && !canAssign;
       fill(
         element,
-        ...videoAssignments
-          .slice(0, 3)
-          .map((assignment) =>
-            h(
-              'span',
-              {
-                class: `state-chip state-${assignment.state}`,
-                title: `${assignment.person}: ${STATES[assignment.state]}, ${framesOf(assignment)}`,
-              },
-              `${assignment.person}: ${STATES[assignment.state]}`,
-            ),
+        ...videoAssignments.slice(0, 3).map((assignment) =>
+          h(
+            'span',
+            {
+              class: `state-chip state-${assignment.state}`,
+              title: `${assignment.person}: ${STATES[assignment.state]}, ${framesOf(assignment)}`,
+            },
+            `${assignment.person}: ${STATES[assignment.state]}`,
           ),
+        ),
         videoAssignments.length > 3 && h('span.muted', `and ${videoAssignments.length - 3} more`),
         h('span.grow'),
         canAssign &&

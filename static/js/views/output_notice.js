@@ -11,7 +11,7 @@ import { toast } from '../core/toast.js';
  * The notice about a file; null: none, because the file is visible.
  *
  * @param {Output|undefined} output   unset: it was deleted
- * @param {boolean} isListed               the list of files is on the screen
+ * @param {boolean} isListed          the list of files is on the screen
  * @returns {{text: string, tone: 'good'|'bad', offers: 'download'|'files'}|null}
  */
 export function outputNotice(output, isListed) {

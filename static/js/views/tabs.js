@@ -11,7 +11,7 @@ import { createSplitter } from './splitter.js';
 /**
  * @param {object} options
  * @param {string} options.label
- * @param {string} options.name    name under which the open tab is remembered
+ * @param {string} options.name   name under which the open tab is remembered
  * @param {string} options.sideBySideQuery   media query for panels side by side
  * @param {{id: string, label: string, view: import('../page-types.js').View}[]} options.tabs   the two tabs
  * @returns {import('../page-types.js').View & {open: (id: string) => void}}

@@ -23,7 +23,7 @@ export function chooseLabelDialog({ data, close }) {
     title: data.title,
     focus: picker.search,
     submit: () => {},
-    body: h('div.stack.relabel', picker.search, picker.list, picker.none),
+    body: h('div.stack.relabel', picker.search, picker.list, picker.emptyText),
     footer: [h('button.btn', { onclick: close }, 'Cancel')],
   };
 }

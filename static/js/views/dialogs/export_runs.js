@@ -14,7 +14,7 @@ const MAX_ROWS = 200;
 
 /**
  * @param {import('../../page-types.js').App} app
- * @param {string[]} initialRuns     runs selected at first; none: the newest run, if there is only one video
+ * @param {string[]} initialRuns   runs selected at first; none: the newest run, if there is only one video
  * @param {() => void} onChange
  * @param {AbortSignal} signal
  */

@@ -32,8 +32,8 @@ export function rangeAround({ frame, span, first, last, maxLength }) {
 /**
  * The reason for the initial range.
  *
- * @param {string|null} track   name of the selected track; null: none
- * @param {boolean} isWholeRun       the frames are those of the whole run
+ * @param {string|null} track    name of the selected track; null: none
+ * @param {boolean} isWholeRun   the frames are those of the whole run
  */
 export function describeRange(track, isWholeRun) {
   if (isWholeRun)

@@ -35,13 +35,13 @@ export function groundTruthsDialog({ app, data, close, signal }) {
 
   async function load() {
     try {
-      const truths = await api.groundTruths(data.video, { signal });
+      const groundTruths = await api.groundTruths(data.video, { signal });
       const isOpen = store.get().review?.video.id === data.video;
-      emptyElement.hidden = truths.length > 0;
-      list.hidden = truths.length === 0;
+      emptyElement.hidden = groundTruths.length > 0;
+      list.hidden = groundTruths.length === 0;
       fill(
         list,
-        ...truths.map((truth) =>
+        ...groundTruths.map((truth) =>
           h(
             'li.made',
             h('div.stack.made-text', h('strong.truncate', truth.name), h('span.muted.small', plural(truth.count, 'box', 'boxes'))),

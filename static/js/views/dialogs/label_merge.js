@@ -89,7 +89,7 @@ export function labelMergeDialog({ app, data, close, signal }) {
     size: 'middle',
     focus: picker.search,
     submit: () => void submit(),
-    body: h('div.stack.relabel', summary, picker.search, picker.list, picker.none),
+    body: h('div.stack.relabel', summary, picker.search, picker.list, picker.emptyText),
     footer: [errorText, h('span.grow'), h('button.btn', { onclick: close }, 'Cancel'), submitButton],
   };
 }

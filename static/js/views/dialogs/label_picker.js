@@ -172,15 +172,15 @@ export function createLabelPicker({ onPick, noteAfterName = () => '', furtherRow
   return {
     search,
     list,
-    none: emptyText,
+    emptyText,
     /** @param {() => void} action   the effect of Enter before any typing or move */
     onEnter: (action) => {
       onEnter = action;
     },
     /**
      * @param {readonly Label[]} allLabels       the whole set; must not be changed later
-     * @param {readonly Label[]} offeredLabels        the labels on offer, in their order
-     * @param {number} index                   index of the present label; -1: none
+     * @param {readonly Label[]} offeredLabels   the labels on offer, in their order
+     * @param {number} index                     index of the present label; -1: none
      */
     offer(allLabels, offeredLabels, index) {
       const markedId = matching[markedIndex]?.id;

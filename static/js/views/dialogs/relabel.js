@@ -242,7 +242,7 @@ export function relabelDialog({ app, data, close, signal }) {
     title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Label of the new track',
     size: 'middle',
     focus: picker.search,
-    body: h('div.stack.relabel', picker.search, scopeFields, picker.list, picker.none, errorText),
+    body: h('div.stack.relabel', picker.search, scopeFields, picker.list, picker.emptyText, errorText),
     footer: [
       h(
         'span.muted.small.grow',

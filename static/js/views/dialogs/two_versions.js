@@ -57,7 +57,7 @@ export function createVersionComparison(app, review, savedDoc, ownDoc) {
  * @param {import('../../types.js').Video} video
  * @param {number} frame
  * @param {readonly {box: import('../../types.js').Box|null, version: 'saved'|'mine'}[]} boxes   null: not known, so not drawn
- * @param {string} description       description of the picture
+ * @param {string} description   description of the picture
  * @param {string} [caption]   default: `description`
  */
 export function createFrameCrop(app, video, frame, boxes, description, caption = description) {

@@ -108,7 +108,7 @@ export function createEvents(app, signal) {
  * @property {number} last
  * @property {string} kind
  * @property {string} text
- * @property {number} count    number of sentences folded into it; 0: it belongs to a folded line
+ * @property {number} count   number of sentences folded into it; 0: it belongs to a folded line
  */
 
 /** @param {Line} line @returns {HTMLElement} */

@@ -94,8 +94,8 @@ export function createInspector(app) {
  * @property {State} state
  * @property {import('../../state-types.js').ReviewState} review
  * @property {import('../../model/track_entries.js').TrackEntry} entry
- * @property {import('../../model/track_lane.js').DocumentLane|null} laneData   null: not loaded, or the engine has no values
- * @property {import('../../types.js').TrackLane|null} lane   of `laneData`
+ * @property {import('../../model/track_lane.js').DocumentLane|null} laneData       null: not loaded, or the engine has no values
+ * @property {import('../../types.js').TrackLane|null} lane                         of `laneData`
  * @property {readonly import('../../model/plain_words.js').Sentence[]} sentences   events of the lane's track
- * @property {import('../../types.js').TrackDoc|null} doc     null: nobody has changed it
+ * @property {import('../../types.js').TrackDoc|null} doc                           null: nobody has changed it
  */

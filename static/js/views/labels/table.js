@@ -132,9 +132,9 @@ export function createLabelTable({ onChoose: onChoose, onOpen: onOpen, signal })
     element: scroller,
     /**
      * @param {readonly Label[]} allLabels
-     * @param {readonly Label[]} shownLabels    the labels to show, in order
-     * @param {Usage} usageByLabel               null: not known yet
-     * @param {number|null} selectedId       id of the selected label
+     * @param {readonly Label[]} shownLabels   the labels to show, in order
+     * @param {Usage} usageByLabel             null: not known yet
+     * @param {number|null} selectedId         id of the selected label
      */
     show(allLabels, shownLabels, usageByLabel, selectedId) {
       [labels, shown, usage, selected] = [allLabels, shownLabels, usageByLabel, selectedId];

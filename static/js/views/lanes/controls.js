@@ -16,12 +16,12 @@ export const shownSpan = (review) => (review.span.last > review.span.first ? rev
 /**
  * @param {import('../view_actions.js').ViewApp} app
  * @param {import('./layout.js').LanesLayout} parts
- * @param {HTMLElement} proposalPlot               the strip of a follow's proposals
+ * @param {HTMLElement} proposalPlot                    the strip of a follow's proposals
  * @param {object} lanes
- * @param {() => number} lanes.width           width of the plots, px
+ * @param {() => number} lanes.width                    width of the plots, px
  * @param {(x: number|null) => void} lanes.hover
  * @param {(x: number, y: number) => void} lanes.pick   called after a click among the tracks
- * @param {() => Span|null} lanes.selected     first and last frame of the selected track
+ * @param {() => Span|null} lanes.selected              first and last frame of the selected track
  * @param {AbortSignal} signal
  */
 export function listenToControls(app, parts, proposalPlot, { width, hover, pick, selected }, signal) {

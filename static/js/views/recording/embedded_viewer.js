@@ -25,11 +25,11 @@ const MESSAGE_TYPES = ['ready', 'opened', 'time', 'selected', 'refused', 'failed
 /**
  * @param {object} options
  * @param {string} options.version
- * @param {string} options.url             address of the recording
+ * @param {string} options.url                       address of the recording
  * @param {'light'|'dark'} options.theme
- * @param {number} options.frame           initial frame
+ * @param {number} options.frame                     initial frame
  * @param {() => void} options.onOpen
- * @param {(frame: number) => void} options.onMove         called when a person has moved the viewer's time cursor
+ * @param {(frame: number) => void} options.onMove   called when a person has moved the viewer's time cursor
  * @param {(entity: string|null, instance: number|null) => void} options.onSelect
  * @param {(message: string) => void} options.onFail
  * @returns {EmbeddedViewer}

@@ -8,8 +8,8 @@ import { shownSigns } from '../../review/shown_tracks.js';
 /**
  * The track that was selected in the viewer.
  *
- * @param {string|null} entity        path, such as `/video/results` or `/tracks/m7/gate/l_positive`
- * @param {number|null} instance      index of its box
+ * @param {string|null} entity              path, such as `/video/results` or `/tracks/m7/gate/l_positive`
+ * @param {number|null} instance            index of its box
  * @param {Overlay|undefined} overlay overlay of the viewer's frame
  * @param {readonly string[]} [corrected]   from `correctedKeysInOrder`; empty if the recording has other corrections than the page
  * @returns {string|null}   key of the track

@@ -18,7 +18,7 @@ import { toast } from '../../core/toast.js';
  * @param {object} setup
  * @param {() => FoundTrack[]} setup.selected
  * @param {(tracks: FoundTrack[]) => void} setup.onChange   the tracks after the action
- * @param {() => void} setup.repeatSearch                          search again
+ * @param {() => void} setup.repeatSearch                   search again
  * @param {() => void} setup.openTrack
  * @param {() => void} setup.selectAll
  * @param {() => void} setup.selectNone

@@ -31,7 +31,7 @@ const STATES = {
  * @param {(index: number, mode: 'only'|'toggle'|'range') => void} setup.onSelect
  * @param {(index: number) => void} setup.onMoveCursor
  * @param {(index: number) => void} setup.onOpen
- * @param {() => void} setup.onNearEnd                         called near the end
+ * @param {() => void} setup.onNearEnd                    called near the end
  * @param {AbortSignal} setup.signal
  */
 export function createTrackGrid({ picture, onSelect, onMoveCursor, onOpen, onNearEnd, signal }) {
