@@ -3,14 +3,14 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { createFollower } from '../../../static/js/views/follower.js';
-import { held } from '../held.js';
+import { deferred } from '../deferred.js';
 
 const turn = () => new Promise((resolve) => setImmediate(resolve));
 
 test('while one value is on its way only the newest of those behind it is kept', async () => {
   /** @type {number[]} */
   const sent = [];
-  const first = held();
+  const first = deferred();
   const follower = createFollower(
     (/** @type {number} */ value) => {
       sent.push(value);
@@ -21,7 +21,7 @@ test('while one value is on its way only the newest of those behind it is kept',
   for (const value of [1, 2, 3, 4]) follower.push(value);
   await turn();
   assert.deepEqual(sent, [1]);
-  first.release();
+  first.resolve();
   await turn();
   assert.deepEqual(sent, [1, 4]);
 });
@@ -29,7 +29,7 @@ test('while one value is on its way only the newest of those behind it is kept',
 test('there is a pause between two values', async () => {
   /** @type {number[]} */
   const sent = [];
-  const pause = held();
+  const pause = deferred();
   const follower = createFollower(
     async (/** @type {number} */ value) => {
       sent.push(value);
@@ -41,7 +41,7 @@ test('there is a pause between two values', async () => {
   follower.push(2);
   await turn();
   assert.deepEqual(sent, [1]);
-  pause.release();
+  pause.resolve();
   await turn();
   assert.deepEqual(sent, [1, 2]);
 });

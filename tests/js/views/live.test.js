@@ -5,7 +5,7 @@ import { ApiError } from '../../../static/js/api/errors.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 import { startLive } from '../../../static/js/views/live.js';
-import { eventually } from '../eventually.js';
+import { waitUntil } from '../wait_until.js';
 
 test('a full disk is a banner until there is room, or until another connection says nothing of it', () => {
   /** @type {any} */
@@ -40,7 +40,7 @@ test('what could not be loaded without the server is loaded when it is back, and
   await live.reload();
   assert.deepEqual(shown(), ['load']);
   away = false;
-  await eventually(() => shown().length === 0);
+  await waitUntil(() => shown().length === 0);
   life.abort();
 });
 

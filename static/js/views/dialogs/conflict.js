@@ -2,7 +2,7 @@
 /** Resolve a conflict: somebody else saved the same track first. Shows both versions side by side. */
 
 import { sentence } from '../../api/errors.js';
-import { describe as words, describeUndone, named } from '../../editing/words.js';
+import { commandName as words, describeUndone, withTrackNames } from '../../editing/command_names.js';
 import { verdictOf } from '../../model/documents.js';
 import { className } from '../../model/labels.js';
 import { trackName } from '../../model/track_name.js';
@@ -12,7 +12,7 @@ import { twoVersions } from './two-versions.js';
 
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
 /** @typedef {import('../../types.js').Label} Label */
-/** @typedef {import('../../editing/keeping.js').Last} Last */
+/** @typedef {import('../../editing/conflict_plan.js').Last} Last */
 
 /** @type {Record<TrackDoc['review'], string>} */
 const REVIEWS = { open: 'not reviewed', accepted: 'accepted', rejected: 'false positive', needs_work: 'needs work' };
@@ -78,7 +78,7 @@ function keyText(doc, frame) {
 /**
  * Sentences about the changes of the tracks and the consequences for the edits.
  *
- * @param {Pick<import('../../editing/keeping.js').Plan, 'moved'|'lost'>} plan
+ * @param {Pick<import('../../editing/conflict_plan.js').Plan, 'moved'|'lost'>} plan
  * @param {Record<string, Last>} others                             last saved change, by track
  * @param {(key: string) => string} nameOf                          maps a key to the track's name
  * @param {(time: string) => string} [when]
@@ -132,7 +132,7 @@ export function conflictDialog({ app, data, close }) {
     body: h(
       'div.stack',
       intro,
-      ...reported(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', named(text, docs))),
+      ...reported(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', withTrackNames(text, docs))),
       ...mine.flatMap((doc) => {
         const before = saved.find(({ key }) => key === doc.key);
         return [versions(doc.key, before, doc, labels), twoVersions(app, review, before, doc)];

@@ -70,7 +70,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
           const file = drop.file();
           if (!file) return;
           const key = fresh.value.trim();
-          const { sentence: said, known, refused, reported: notes } = await app.labels.bring(key || data.set, file, key !== '');
+          const { sentence: said, known, refused, reported: notes } = await app.labels.importFile(key || data.set, file, key !== '');
           fill(
             reported,
             h('p', said, known.length > 0 && ` ${plural(known.length, 'label')} already known.`),

@@ -22,13 +22,13 @@ export function noteDialog({ app, data, close }) {
     rows: 4,
     maxlength: LONGEST,
     id: 'note-text',
-    value: data.text ?? (draft ? app.notes.of(run, key) : ''),
+    value: data.text ?? (draft ? app.notes.get(run, key) : ''),
     'aria-describedby': 'note-hint note-error',
   });
   const error = h('p.field-error', { id: 'note-error', role: 'alert', hidden: true });
   /** @param {string} value */
   const keep = (value) => {
-    if (draft) app.notes.keep(run, key, value);
+    if (draft) app.notes.set(run, key, value);
   };
   text.addEventListener('input', () => keep(text.value));
   text.addEventListener('keydown', (event) => {
