@@ -13,18 +13,18 @@ import {
   signature,
 } from './core/preferences.js';
 import { endToasts, toast } from './core/toast.js';
-import { createBackground } from './editing/background.js';
+import { createBackgroundSender } from './editing/background_sender.js';
 import { createEditor } from './editing/editor.js';
 import { createLabelSets } from './editing/label_sets.js';
 import { createNoteDrafts } from './editing/note_drafts.js';
 import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
-import { createOwnOutbox } from './editing/own_outbox.js';
+import { createUserOutbox } from './editing/user_outbox.js';
 import { createFrames } from './frames/frames.js';
 import { NEXT_TRACK, parseRoute, placeOf, samePlace } from './model/route.js';
 import { openFirst } from './operations/navigate.js';
 import { allOperations } from './operations/registry.js';
-import { createExpecting } from './review/expecting.js';
-import { createFollowing } from './review/following.js';
+import { createFollowPrefetch } from './review/follow_prefetch.js';
+import { createFollowControl } from './review/follow_control.js';
 import { createLoader } from './review/loader.js';
 import { closeDialog, setRoute, setTheme, setVideos, showBanner } from './store/actions/page.js';
 import { seek, select } from './store/actions/review.js';
@@ -57,25 +57,25 @@ const personKnown = new Promise((resolve) => {
     resolve();
   });
 });
-const outbox = createOwnOutbox(
+const outbox = createUserOutbox(
   globalThis.indexedDB ? createOutbox() : createMemoryOutbox(),
   personKnown,
   () => store.get().session?.person?.name ?? null,
 );
-const background = createBackground({ store, api, outbox, signal: ended.signal, toast });
+const backgroundSender = createBackgroundSender({ store, api, outbox, signal: ended.signal, toast });
 const author = () => signature(store.get().session) || store.get().session?.author || 'someone';
 const editor = createEditor({
   store,
   api,
   outbox,
-  background,
+  backgroundSender,
   signal: ended.signal,
   toast,
-  edited: endToasts,
+  onEdit: endToasts,
   author,
 });
-const following = createFollowing({ store, api, edit: editor.edit, author, signal: ended.signal, toast });
-const expecting = createExpecting({ store, api, signal: ended.signal });
+const following = createFollowControl({ store, api, edit: editor.edit, author, signal: ended.signal, toast });
+const followPrefetch = createFollowPrefetch({ store, api, signal: ended.signal });
 /** @type {App} */
 const app = {
   store,
@@ -84,8 +84,8 @@ const app = {
     store,
     api,
     author,
-    say: (text) => toast(text, { topic: 'labels', stays: true }),
-    turned: () => void app.loader.refresh(),
+    notify: (text) => toast(text, { topic: 'labels', stays: true }),
+    onChanged: () => void app.loader.refresh(),
   }),
   ...createCatchUp(store),
   operations: allOperations(),
@@ -98,15 +98,15 @@ const app = {
   following,
 };
 app.loader = createLoader(app, {
-  opened: (run) => {
+  onOpened: (run) => {
     following.open(run);
     return editor.open(run).catch((thrown) => store.dispatch(showBanner, { id: 'review', tone: 'error', text: sentence(thrown) }));
   },
-  closed: () => {
+  onClosed: () => {
     following.close();
     editor.close();
   },
-  first: () => openFirst(app),
+  openFirst: () => openFirst(app),
 });
 
 /** The address that was last read or written here. */
@@ -149,7 +149,7 @@ let scheduled = false;
 store.subscribe(() => {
   app.loader.sync();
   frames.sync();
-  expecting.sync();
+  followPrefetch.sync();
   app.labels.sync();
   if (!scheduled) {
     scheduled = true;
@@ -178,7 +178,7 @@ const live = startLiveUpdates(app, {
       if (event.data.docs) editor.receive(event.data.docs, event.data.op_id, event.data.author);
       else void editor.refresh(); // an import of very many tracks
     }
-    if (event.kind === 'run') app.loader.follow(event.data);
+    if (event.kind === 'run') app.loader.onProgress(event.data);
     if (event.kind === 'people') void live.reload(); // the user's own role may have changed
     if (event.kind === 'labels') void app.labels.receive(event).catch(() => {});
     if (event.kind === 'space') dispatchEvent(new CustomEvent('tsr:scene3d', { detail: event.data }));
@@ -194,6 +194,6 @@ store.dispatch(setTheme, rememberedTheme());
 readRoute();
 shell.update(store.get());
 // edits that an earlier visit has left unsaved
-void background.go();
+void backgroundSender.flush();
 /** For tests, and for people at the browser's console. */
 Object.assign(globalThis, { tsr: { store, frames } });

@@ -30,7 +30,7 @@
  *   `of`: the run that the command is for (default: the open one); `gesture`: boxes of one gesture are one undo step
  * @property {import('./editing/editor.js').Editor} editor
  * @property {import('./review/loader.js').Loader} loader
- * @property {import('./review/following.js').FollowControl} following
+ * @property {import('./review/follow_control.js').FollowControl} following
  * @property {import('./store/catch_up.js').CatchUp['receive']} receive   puts an event of the server into the store
  * @property {import('./store/catch_up.js').CatchUp['load']} load   puts an answer of the server into the store, unless an event has already brought newer data
  * @property {import('./editing/label_sets.js').LabelSets} labels   keeps the labels in the store equal to those of the video on the screen

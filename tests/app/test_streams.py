@@ -78,7 +78,7 @@ def test_a_page_receives_later_commits(live_server: ThreadedServer) -> None:
 
 def test_three_heartbeats_come_before_a_page_counts_its_connection_as_lost(live_server: ThreadedServer) -> None:
     """It does so after 12 s (``static/js/api/events.js``)."""
-    with closing(Following(live_server)) as page:
+    with closing(EventStream(live_server)) as page:
         page.next()
         began = time.monotonic()
         assert next(line for line in page.lines if line.startswith(":")) == ": still here"

@@ -88,7 +88,7 @@ def test_a_job_that_crashes_on_its_file_fails_with_the_position(home: WorkerHome
 
 
 @pytest.mark.parametrize("executor", ["ray"])
-def test_the_loss_of_a_cluster_does_not_blame_the_file(home: Home) -> None:
+def test_the_loss_of_a_cluster_does_not_blame_the_file(home: WorkerHome) -> None:
     """Ray ends a process with exit code 1 if its cluster has not answered for a minute."""
     home.supervisor.start()
     job = home.submit("leave", code=1)

@@ -22,4 +22,4 @@ export const label = (fields) => ({
 });
 
 /** Labels with these names, numbered from 0. @param {readonly string[]} names */
-export const named = (names) => names.map((name, id) => label({ id, key: name.replaceAll(' ', '-'), name }));
+export const labelsNamed = (names) => names.map((name, id) => label({ id, key: name.replaceAll(' ', '-'), name }));

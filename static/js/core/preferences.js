@@ -95,9 +95,9 @@ const PUT_AWAY = 100;
 const putAwayNames = () => (recall('put-away') ?? '').split(' ').filter(Boolean);
 
 /** Whether the user has hidden a notice before. @param {string} name */
-export const isPutAway = (name) => putAwayNames().includes(name);
+export const isDismissed = (name) => putAwayNames().includes(name);
 
 /** Remember that a notice is hidden, and forget the oldest ones. @param {string} name   without spaces */
-export function putAway(name) {
+export function dismiss(name) {
   remember('put-away', [...putAwayNames().filter((known) => known !== name), name].slice(-PUT_AWAY).join(' '));
 }

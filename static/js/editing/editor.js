@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * Edits from the moment they are made until the server has stored them. An edit is shown at once, kept in the outbox,
- * sent after those before it, and repeated until it arrives. An edit in conflict with another person's change is held
+ * sent after those before it, and sent again until it arrives. An edit in conflict with another person's change is held
  * until the user decides. Unsent edits of a review that the user has left are sent in the background.
  *
  * @typedef {import('../state-types.js').Store} Store
@@ -19,21 +19,21 @@ import { trackName } from '../model/track_name.js';
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { changeReview } from '../store/actions/review.js';
 import { createConflicts } from './conflicts.js';
-import { createGrowth } from './growth.js';
-import { agreed } from './line.js';
-import { asCommand, givenUp, rebased, revisionsSeen } from './pending.js';
-import { createReading } from './reading.js';
+import { createKeyMoves } from './key_moves.js';
+import { reconcile } from './undo_history.js';
+import { asCommand, withCounterparts, rebase, seenRevisions } from './pending.js';
+import { createDocumentReader } from './document_reader.js';
 import { docsFor } from './revisions.js';
-import { createPause, isPassing, keptWithoutLabel, leave, pauseAfter } from './sending.js';
-import { createUndoing } from './undoing.js';
-import { describe, named, OPENING } from './words.js';
-import { createWork } from './work.js';
+import { createWakeableSleep, isRetryableEdit, withoutMissingLabel, removeStored, retryDelay } from './sending.js';
+import { createUndo } from './undo.js';
+import { commandName, withTrackNames, STILL_OPENING } from './command_names.js';
+import { createEditorState } from './editor_state.js';
 
 /**
  * @typedef {object} Editor
  * @property {(run: string) => Promise<void>} open   load a run's documents and its operations in the outbox
  * @property {() => void} close
- * @property {(command: Command, of?: string|null, gesture?: string) => boolean} edit   false: the command is not
+ * @property {(command: Command, run?: string|null, gesture?: string) => boolean} edit   false: the command is not
  *   possible, or is for another run than the open one; the reason is shown. Boxes that one gesture sets without a pause
  *   are one undo step
  * @property {() => Promise<void>} undo              resolves when the server has stored it
@@ -50,12 +50,12 @@ import { createWork } from './work.js';
  * @param {Store} parts.store
  * @param {Pick<import('../api/client.js').Api, 'edit'|'annotation'>} parts.api
  * @param {Outbox} parts.outbox
- * @param {import('./background.js').Background} parts.background
+ * @param {import('./background_sender.js').BackgroundSender} parts.backgroundSender
  * @param {AbortSignal} parts.signal
  * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
  * @param {() => string} parts.author
- * @param {() => void} [parts.edited]   called for each edit, before it is shown
- * @param {(ms: number) => Promise<void>} [parts.pause]
+ * @param {() => void} [parts.onEdit]   called for each edit, before it is shown
+ * @param {(ms: number) => Promise<void>} [parts.sleep]
  * @param {() => string} [parts.newId]
  * @returns {Editor}
  */
@@ -63,24 +63,24 @@ export function createEditor({
   store,
   api,
   outbox,
-  background,
+  backgroundSender,
   signal,
   toast,
   author,
-  edited = () => {},
-  pause,
+  onEdit = () => {},
+  sleep: givenSleep,
   newId = () => crypto.randomUUID(),
 }) {
-  const work = createWork(store, outbox);
-  const growth = createGrowth(work);
-  const { wait, wake } = createPause();
-  const rest = pause ?? wait;
-  const { read, refresh, askAnew } = createReading({ store, api, work, author, rest, signal });
-  const conflicts = createConflicts({ store, outbox, work, toast, enqueue, refresh });
-  const undoing = createUndoing({ store, work, toast, enqueue, refresh });
+  const edits = createEditorState(store, outbox);
+  const keyMoves = createKeyMoves(edits);
+  const { sleep: wait, wake } = createWakeableSleep();
+  const sleep = givenSleep ?? wait;
+  const { read, refresh, refreshHistory } = createDocumentReader({ store, api, edits, author, sleep, signal });
+  const conflicts = createConflicts({ store, outbox, edits, toast, enqueue, refresh });
+  const undo = createUndo({ store, edits, toast, enqueue, refresh });
   let sending = false;
   /** The current request, also for a run that the user has left since. @type {Promise<unknown>} */
-  let flight = Promise.resolve();
+  let inFlight = Promise.resolve();
   /** @type {(() => void)[]} */
   const waiters = [];
 
@@ -93,73 +93,73 @@ export function createEditor({
    */
   function enqueue(command, about, gesture, op_id = newId()) {
     const { review } = store.get();
-    growth.end();
-    if (work.run === null || review === null) return op_id;
-    edited();
+    keyMoves.end();
+    if (edits.run === null || review === null) return op_id;
+    onEdit();
     const made = { op_id, author: author(), command, ...(about && { about }) };
-    if (!work.ready) {
-      work.early = [...work.early, made];
-      work.show();
+    if (!edits.ready) {
+      edits.early = [...edits.early, made];
+      edits.show();
       // the person saw tracks that nobody has touched, so those revisions are kept
-      work.keep({ ...made, run: work.run, seen: revisionsSeen(review, {}, command) });
+      edits.save({ ...made, run: edits.run, seen: seenRevisions(review, {}, command) });
       return op_id;
     }
     const pending = {
       ...made,
-      run: work.run,
-      seen: revisionsSeen(review, work.confirmed, command),
+      run: edits.run,
+      seen: seenRevisions(review, edits.confirmed, command),
       ...(gesture !== undefined && { growing: true }),
     };
-    work.pending = [...work.pending, pending];
-    if (gesture !== undefined) growth.begin(op_id, gesture);
-    work.show();
-    work.keep(pending);
+    edits.pending = [...edits.pending, pending];
+    if (gesture !== undefined) keyMoves.begin(op_id, gesture);
+    edits.show();
+    edits.save(pending);
     void send();
     return op_id;
   }
 
-  /** Send one operation. If the user has left its run meanwhile, the later operations are only in the outbox. @param {Pending} next @param {string} here */
-  async function transmit(next, here) {
-    const answer = await api.edit(here, { op_id: next.op_id, author: next.author, command: next.command }, next.seen, { signal });
-    if (work.run !== here)
-      await leave(
+  /** Send one operation. If the user has left its run meanwhile, the later operations are only in the outbox. @param {Pending} next @param {string} run */
+  async function transmit(next, run) {
+    const answer = await api.edit(run, { op_id: next.op_id, author: next.author, command: next.command }, next.seen, { signal });
+    if (edits.run !== run)
+      await removeStored(
         outbox,
         next,
         answer.docs,
-        (await outbox.load(here)).filter(({ op_id }) => op_id !== next.op_id),
+        (await outbox.load(run)).filter(({ op_id }) => op_id !== next.op_id),
       ).catch(() => {});
     return answer;
   }
 
   async function send() {
-    if (sending || !work.ready) return;
+    if (sending || !edits.ready) return;
     sending = true;
-    let tries = 0;
-    while (work.pending.length && work.run !== null && !signal.aborted) {
-      const here = work.run;
-      await growth.over(work.pending[0].op_id);
-      if (work.run !== here) continue;
-      let next = work.pending[0];
+    let attempts = 0;
+    while (edits.pending.length && edits.run !== null && !signal.aborted) {
+      const run = edits.run;
+      await keyMoves.finished(edits.pending[0].op_id);
+      if (edits.run !== run) continue;
+      let next = edits.pending[0];
       try {
-        const resolved = asCommand(next.command) === null ? await undoing.resolved(next) : next;
-        if (work.run !== here) continue;
+        const resolved = asCommand(next.command) === null ? await undo.resolveTarget(next) : next;
+        if (edits.run !== run) continue;
         if (resolved === null) {
-          work.forget(next);
+          edits.forget(next);
           toast(`There is nothing to ${next.command.name}.`, { topic: 'undo' });
-          work.show();
+          edits.show();
           continue;
         }
-        if (resolved !== next) work.replace((next = resolved));
-        const under = transmit(next, here);
-        flight = under.catch(() => {});
-        const answer = await under;
-        if (work.run !== here) continue;
-        tries = 0;
-        stored(next, answer);
+        if (resolved !== next) edits.replace((next = resolved));
+        const request = transmit(next, run);
+        inFlight = request.catch(() => {});
+        const answer = await request;
+        if (edits.run !== run) continue;
+        attempts = 0;
+        onStored(next, answer);
       } catch (thrown) {
         if (signal.aborted) break;
-        if (work.run !== here) continue;
-        if (isPassing(thrown)) {
+        if (edits.run !== run) continue;
+        if (isRetryableEdit(thrown)) {
           if (thrown.code !== 'offline') {
             store.dispatch(showBanner, {
               id: 'saving',
@@ -167,162 +167,162 @@ export function createEditor({
               text: `${thrown.message} Your changes are kept in this page and sent again.`,
             });
           }
-          await rest(pauseAfter(tries++));
+          await sleep(retryDelay(attempts++));
           continue;
         }
-        await refused(next, thrown);
+        await onRefused(next, thrown);
       }
     }
     sending = false;
-    if (work.pending.length === 0) for (const resolve of waiters.splice(0)) resolve();
+    if (edits.pending.length === 0) for (const resolve of waiters.splice(0)) resolve();
   }
 
   /** @param {Pending} next @param {import('../types.js').EditAnswer} answer */
-  function stored(next, answer) {
-    work.remember(next, answer.docs);
-    const behind = work.pending.filter(({ op_id }) => op_id !== next.op_id);
-    leave(outbox, next, answer.docs, behind).catch(() => {});
-    work.pending = rebased(behind, answer.docs).pending;
-    work.confirm(answer.docs);
-    work.line = agreed(work.line, answer);
+  function onStored(next, answer) {
+    edits.recordStored(next, answer.docs);
+    const later = edits.pending.filter(({ op_id }) => op_id !== next.op_id);
+    removeStored(outbox, next, answer.docs, later).catch(() => {});
+    edits.pending = rebase(later, answer.docs).pending;
+    edits.confirm(answer.docs);
+    edits.history = reconcile(edits.history, answer);
     store.dispatch((state) => hideBanner(changeReview(state, { seq: answer.seq }), 'saving'));
-    work.show();
-    undoing.stored(next, answer.docs);
+    edits.show();
+    undo.onStored(next, answer.docs);
   }
 
   /** @param {Pending} next @param {unknown} thrown */
-  async function refused(next, thrown) {
+  async function onRefused(next, thrown) {
     if (asCommand(next.command) === null) {
-      work.forget(next);
-      undoing.refused(next, thrown);
+      edits.forget(next);
+      undo.onRefused(next, thrown);
       await refresh();
     } else if (thrown instanceof ApiError && thrown.code === 'stale') {
-      await conflicts.meet(next, thrown.details.current ?? [], thrown.details.by ?? {});
-    } else if (keptWithoutLabel(next, thrown) !== null) {
-      work.replace(/** @type {Pending} */ (keptWithoutLabel(next, thrown)));
+      await conflicts.handle(next, thrown.details.current ?? [], thrown.details.by ?? {});
+    } else if (withoutMissingLabel(next, thrown) !== null) {
+      edits.replace(/** @type {Pending} */ (withoutMissingLabel(next, thrown)));
       toast(`The new track has no label yet. ${sentence(thrown)}`, { tone: 'bad', stays: true });
     } else {
-      work.forget(next);
+      edits.forget(next);
       const why = thrown instanceof ApiError ? thrown.message : sentence(thrown);
-      toast(`${describe(next.command.name)} was not possible. ${named(why, store.get().review?.docs ?? {})}`, { tone: 'bad' });
+      toast(`${commandName(next.command.name)} was not possible. ${withTrackNames(why, store.get().review?.docs ?? {})}`, { tone: 'bad' });
     }
-    work.show();
+    edits.show();
   }
 
   /** @returns {Promise<void>} */
   function settled() {
-    growth.end();
-    return work.pending.length === 0 && !sending ? Promise.resolve() : new Promise((resolve) => waiters.push(() => resolve(undefined)));
+    keyMoves.end();
+    return edits.pending.length === 0 && !sending ? Promise.resolve() : new Promise((resolve) => waiters.push(() => resolve(undefined)));
   }
 
   /** @param {'undo'|'redo'} what */
   function revert(what) {
-    growth.end();
-    undoing.press(what);
+    keyMoves.end();
+    undo.revert(what);
     return settled();
   }
 
-  /** @param {Command} command @param {string|null} [of]   the run that it is meant for @param {string} [gesture] @param {string} [op_id] */
-  function edit(command, of = work.run, gesture, op_id) {
+  /** @param {Command} command @param {string|null} [run]   the run that it is meant for @param {string} [gesture] @param {string} [op_id] */
+  function edit(command, run = edits.run, gesture, op_id) {
     const { review, session } = store.get();
-    const barred = readOnly(session);
-    if (barred !== null) {
-      toast(barred, { tone: 'bad', topic: 'role' });
+    const reason = readOnly(session);
+    if (reason !== null) {
+      toast(reason, { tone: 'bad', topic: 'role' });
       return false;
     }
-    if (of !== work.run) {
-      toast(`${describe(command.name)} was not possible: it was meant for the run that was open before.`, { tone: 'bad' });
+    if (run !== edits.run) {
+      toast(`${commandName(command.name)} was not possible: it was meant for the run that was open before.`, { tone: 'bad' });
       return false;
     }
-    if (review === null || work.run === null) {
-      if (isOpening(store.get())) toast(`${describe(command.name)} was not possible: ${OPENING}.`, { tone: 'bad' });
+    if (review === null || edits.run === null) {
+      if (isOpening(store.get())) toast(`${commandName(command.name)} was not possible: ${STILL_OPENING}.`, { tone: 'bad' });
       return false;
     }
-    if (work.ready) {
+    if (edits.ready) {
       try {
         applyCommand({ ...docsFor(review, command), ...review.docs }, command, { author: author(), time: '' });
       } catch (thrown) {
         if (!(thrown instanceof CommandError)) throw thrown;
-        toast(named(thrown.message, review.docs), { tone: 'bad' });
+        toast(withTrackNames(thrown.message, review.docs), { tone: 'bad' });
         return false;
       }
     }
-    if (gesture === undefined || !growth.goOn(command, gesture))
+    if (gesture === undefined || !keyMoves.extend(command, gesture))
       enqueue(withLabelKey(command, store.get().labels), undefined, gesture, op_id);
     return true;
   }
 
-  /** Apply the edits that were made before the documents arrived. An edit that is not possible on them is dropped, and so is its undo. @param {import('./work.js').Early[]} early */
-  function make(early) {
+  /** Apply the edits that were made before the documents arrived. An edit that is not possible on them is dropped, and so is its undo. @param {import('./editor_state.js').EarlyEdit[]} early */
+  function applyEarly(early) {
     for (let left = early; left.length > 0;) {
       const { op_id, command, about } = left[0];
-      const own = asCommand(command);
+      const change = asCommand(command);
       const made =
-        own !== null
-          ? edit(own, work.run, undefined, op_id)
-          : about !== undefined && undoing.press(/** @type {'undo'|'redo'} */ (command.name), op_id);
-      const gone = made ? [left[0]] : givenUp(left, left[0]);
-      if (!made) for (const one of gone) outbox.remove(one.op_id).catch(() => {});
-      left = left.filter((one) => !gone.includes(one));
+        change !== null
+          ? edit(change, edits.run, undefined, op_id)
+          : about !== undefined && undo.revert(/** @type {'undo'|'redo'} */ (command.name), op_id);
+      const finished = made ? [left[0]] : withCounterparts(left, left[0]);
+      if (!made) for (const one of finished) outbox.remove(one.op_id).catch(() => {});
+      left = left.filter((one) => !finished.includes(one));
     }
   }
 
   return {
-    async open(wanted) {
-      work.begin(wanted);
-      await Promise.all([flight, background.except(wanted)]);
-      if (work.run !== wanted) return;
-      const [annotation, kept] = await Promise.all([read(wanted), outbox.load(wanted).catch(() => [])]);
-      if (annotation === null || work.run !== wanted) return;
-      void background.go(); // it has nothing left to send for this run
-      work.confirm(annotation.docs);
-      const made = work.early;
-      work.early = [];
-      const before = kept.filter((one) => !made.some(({ op_id }) => op_id === one.op_id));
-      work.pending = before;
-      work.line = agreed(work.line, annotation);
-      work.ready = true;
+    async open(run) {
+      edits.reset(run);
+      await Promise.all([inFlight, backgroundSender.setOpenRun(run)]);
+      if (edits.run !== run) return;
+      const [annotation, stored] = await Promise.all([read(run), outbox.load(run).catch(() => [])]);
+      if (annotation === null || edits.run !== run) return;
+      void backgroundSender.flush(); // it has nothing left to send for this run
+      edits.confirm(annotation.docs);
+      const early = edits.early;
+      edits.early = [];
+      const unsent = stored.filter((one) => !early.some(({ op_id }) => op_id === one.op_id));
+      edits.pending = unsent;
+      edits.history = reconcile(edits.history, annotation);
+      edits.ready = true;
       store.dispatch(changeReview, { seq: annotation.seq });
-      work.show();
-      if (before.length)
+      edits.show();
+      if (unsent.length)
         toast(
-          `${before.length} change${before.length === 1 ? '' : 's'} of an earlier visit ${before.length === 1 ? 'is' : 'are'} being saved.`,
+          `${unsent.length} change${unsent.length === 1 ? '' : 's'} of an earlier visit ${unsent.length === 1 ? 'is' : 'are'} being saved.`,
         );
-      make(made);
-      if (work.overtaken) void askAnew();
+      applyEarly(early);
+      if (edits.isOutdated) void refreshHistory();
       void send();
     },
     close() {
-      growth.end();
-      work.begin(null);
-      conflicts.end();
+      keyMoves.end();
+      edits.reset(null);
+      conflicts.clear();
       // both are shown again when the run is opened again
       store.dispatch((state) => hideBanner(hideBanner(state, 'conflict'), 'saving'));
       wake();
-      const left = flight;
-      void left.then(async () => {
-        await background.except(work.run);
-        await background.go();
+      const request = inFlight;
+      void request.then(async () => {
+        await backgroundSender.setOpenRun(edits.run);
+        await backgroundSender.flush();
       });
     },
     edit,
     undo: () => revert('undo'),
     redo: () => revert('redo'),
     receive(docs, op_id, by) {
-      if (work.pending.some((mine) => mine.op_id === op_id)) return; // the answer to it will bring the documents
-      if (!work.ready) {
+      if (edits.pending.some((one) => one.op_id === op_id)) return; // the answer to it will bring the documents
+      if (!edits.ready) {
         // without the operations in the outbox, they would look lost
-        work.overtaken = true;
-        return work.confirm(docs);
+        edits.isOutdated = true;
+        return edits.confirm(docs);
       }
-      const looked = store.get().review?.selected ?? null;
-      const there = looked !== null && !store.get().review?.docs[looked]?.gone;
-      work.confirm(docs);
-      const next = [work.line.done.at(-1), work.line.undone.at(-1)].flatMap((one) => one?.keys ?? []);
+      const selected = store.get().review?.selected ?? null;
+      const wasPresent = selected !== null && !store.get().review?.docs[selected]?.gone;
+      edits.confirm(docs);
+      const next = [edits.history.done.at(-1), edits.history.undone.at(-1)].flatMap((one) => one?.keys ?? []);
       // the user's own work in another page, or a change that makes the user's next edits impossible
-      if (!work.stored.has(op_id) && (by === author() || docs.some(({ key }) => next.includes(key)))) void askAnew();
-      work.show();
-      const doc = there ? conflicts.leaveGone() : null;
+      if (!edits.stored.has(op_id) && (by === author() || docs.some(({ key }) => next.includes(key)))) void refreshHistory();
+      edits.show();
+      const doc = wasPresent ? conflicts.leaveDeletedTrack() : null;
       if (doc)
         toast(
           `Track ${trackName(doc.key, doc)} was ${doc.merged_into ? `merged into ${trackName(doc.merged_into)}` : 'deleted'} in another page.`,
@@ -332,9 +332,9 @@ export function createEditor({
     refresh,
     settled,
     retry() {
-      growth.end();
+      keyMoves.end();
       wake();
-      background.retry();
+      backgroundSender.retry();
     },
     decide: conflicts.decide,
   };

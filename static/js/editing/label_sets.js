@@ -11,7 +11,7 @@
  * @property {(event: import('../types.js').ServerEvent) => Promise<void>} receive   handles an event about a changed set
  * @property {(change: LabelChange, set?: string|null) => Promise<import('../api/labels.js').LabelAnswer>} change   make
  *   a change, by default in the set on the screen; the store has it when the promise resolves
- * @property {(set: string, file: File, create: boolean) => Promise<import('../api/labels.js').LabelsBrought>} bring   add the labels of a file that the set lacks;
+ * @property {(set: string, file: File, create: boolean) => Promise<import('../api/labels.js').LabelsBrought>} importFile   add the labels of a file that the set lacks;
  *   create: make the set if it does not exist
  */
 import { ApiError } from '../api/errors.js';
@@ -38,39 +38,39 @@ function versionOf(state) {
  * @param {import('../state-types.js').Store} setup.store
  * @param {Pick<import('../api/labels.js').LabelRoutes, 'labels'|'labelSets'|'labelHistory'|'changeLabels'|'bringLabels'>} setup.api
  * @param {() => string} setup.author
- * @param {(text: string) => void} setup.say   shows a sentence about somebody else's change
- * @param {() => void} [setup.turned]   called when another set or version is on the screen, so that the engine's results get other labels
+ * @param {(text: string) => void} setup.notify   shows a sentence about somebody else's change
+ * @param {() => void} [setup.onChanged]   called when another set or version is on the screen, so that the engine's results get other labels
  * @returns {LabelSets}
  */
-export function createLabelSets({ store, api, author, say, turned = () => {} }) {
+export function createLabelSets({ store, api, author, notify, onChanged = () => {} }) {
   /** @type {string|null} */
-  let loaded = null;
-  let asked = 0;
+  let loadedVideo = null;
+  let requestCount = 0;
   /** Video and version of the labels in the store when they arrived. @type {{video: string|null, version: string|null}|null} */
   let shown = null;
   /** Versions that this page made; events about them need no notice. @type {Set<string>} */
-  const own = new Set();
+  const ownVersions = new Set();
   /** Resolves after this page's current changes: an event can arrive before their answers. */
   let changing = Promise.resolve();
 
   async function reload() {
-    const mine = ++asked;
-    loaded = labelVideo(store.get());
-    const [sets, labels] = await Promise.all([api.labelSets(), api.labels(loaded)]);
+    const number = ++requestCount;
+    loadedVideo = labelVideo(store.get());
+    const [sets, labels] = await Promise.all([api.labelSets(), api.labels(loadedVideo)]);
     // a later request has overtaken this answer
-    if (mine !== asked) return;
+    if (number !== requestCount) return;
     store.dispatch((state) => setLabels(setLabelSets(state, sets), labels));
-    const now = { video: videoOf(store.get()), version: versionOf(store.get()) };
-    const other = shown !== null && shown.video === now.video && shown.version !== now.version;
-    shown = now;
-    if (other) turned();
+    const current = { video: videoOf(store.get()), version: versionOf(store.get()) };
+    const hasChanged = shown !== null && shown.video === current.video && shown.version !== current.version;
+    shown = current;
+    if (hasChanged) onChanged();
   }
 
   /** @param {string} set @param {LabelChange} change */
-  async function make(set, change) {
+  async function sendChange(set, change) {
     try {
       const answer = await api.changeLabels(set, author(), change);
-      own.add(`${set} ${answer.version}`);
+      ownVersions.add(`${set} ${answer.version}`);
       return answer;
     } finally {
       // also after a refusal: its cause may be a change by somebody else that has not arrived yet
@@ -82,28 +82,28 @@ export function createLabelSets({ store, api, author, say, turned = () => {} }) 
     reload,
     sync() {
       const state = store.get();
-      if (state.labelSets !== null && labelVideo(state) !== loaded) void reload().catch(() => {});
+      if (state.labelSets !== null && labelVideo(state) !== loadedVideo) void reload().catch(() => {});
       else if (shown !== null && shown.video !== videoOf(state)) shown = { ...shown, video: videoOf(state) };
     },
     async receive({ subject, data }) {
       await changing;
-      const mine = own.has(`${subject} ${data.version}`);
+      const isOwn = ownVersions.has(`${subject} ${data.version}`);
       // the labels after the user's own change may not have arrived yet
-      if (mine && (store.get().labelSets?.find(({ key }) => key === subject)?.version ?? 0) >= data.version) return;
+      if (isOwn && (store.get().labelSets?.find(({ key }) => key === subject)?.version ?? 0) >= data.version) return;
       await reload();
-      if (mine || subject !== labelSetKey(store.get())) return;
-      const made = (await api.labelHistory(subject)).find(({ version }) => version === data.version);
-      if (made) say(`${made.author}: ${made.sentence}`);
+      if (isOwn || subject !== labelSetKey(store.get())) return;
+      const entry = (await api.labelHistory(subject)).find(({ version }) => version === data.version);
+      if (entry) notify(`${entry.author}: ${entry.sentence}`);
     },
     async change(change, set = labelSetKey(store.get())) {
       if (set === null) throw new ApiError(0, 'offline', 'The label sets are not loaded yet. Try again in a moment.');
-      const made = make(set, change);
-      changing = Promise.allSettled([changing, made]).then(() => {});
-      return made;
+      const request = sendChange(set, change);
+      changing = Promise.allSettled([changing, request]).then(() => {});
+      return request;
     },
-    async bring(set, file, create) {
+    async importFile(set, file, create) {
       const answer = await api.bringLabels(set, file, author(), create);
-      own.add(`${set} ${answer.version}`);
+      ownVersions.add(`${set} ${answer.version}`);
       await reload().catch(() => {});
       return answer;
     },

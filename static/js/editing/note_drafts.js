@@ -4,9 +4,9 @@
  * is disabled or full, they do not survive a reload.
  *
  * @typedef {object} NoteDrafts
- * @property {(run: string, key: string) => string} of        the draft; empty: none
- * @property {(run: string, key: string, text: string) => void} keep   an empty text removes the draft
- * @property {(listener: () => void, signal: AbortSignal) => void} onKept      called after each `keep`, until the signal is aborted
+ * @property {(run: string, key: string) => string} get        the draft; empty: none
+ * @property {(run: string, key: string, text: string) => void} set   an empty text removes the draft
+ * @property {(listener: () => void, signal: AbortSignal) => void} onChange      called after each `keep`, until the signal is aborted
  */
 
 /**
@@ -15,38 +15,38 @@
  */
 export function createNoteDrafts(storage) {
   /** The drafts of this page, also if they cannot be stored. @type {Map<string, string>} */
-  const known = new Map();
+  const drafts = new Map();
   /** @type {Set<() => void>} */
   const listeners = new Set();
   /** @param {string} run @param {string} key */
-  const nameOf = (run, key) => `tsr.note.${run}.${key}`;
+  const storageKey = (run, key) => `tsr.note.${run}.${key}`;
   return {
-    of(run, key) {
-      const name = nameOf(run, key);
-      const here = known.get(name);
-      if (here !== undefined) return here;
-      let kept = '';
+    get(run, key) {
+      const name = storageKey(run, key);
+      const draft = drafts.get(name);
+      if (draft !== undefined) return draft;
+      let stored = '';
       try {
-        kept = storage().getItem(name) ?? '';
+        stored = storage().getItem(name) ?? '';
       } catch {
         // Storage is disabled: there are no earlier drafts.
       }
-      known.set(name, kept);
-      return kept;
+      drafts.set(name, stored);
+      return stored;
     },
-    keep(run, key, text) {
-      const name = nameOf(run, key);
-      const kept = text.trim() === '' ? '' : text;
-      known.set(name, kept);
+    set(run, key, text) {
+      const name = storageKey(run, key);
+      const draft = text.trim() === '' ? '' : text;
+      drafts.set(name, draft);
       try {
-        if (kept === '') storage().removeItem(name);
-        else storage().setItem(name, kept);
+        if (draft === '') storage().removeItem(name);
+        else storage().setItem(name, draft);
       } catch {
         // Storage is disabled or full: the draft stays in `known`.
       }
       for (const listener of listeners) listener();
     },
-    onKept(listener, signal) {
+    onChange(listener, signal) {
       listeners.add(listener);
       signal.addEventListener('abort', () => listeners.delete(listener));
     },

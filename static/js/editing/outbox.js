@@ -25,11 +25,11 @@
  * @property {(op_id: string) => Promise<void>} remove
  */
 
-const NAME = 'tsr-review';
-const VERSION = 2;
-const STORE = 'pending';
+const DATABASE_NAME = 'tsr-review';
+const DATABASE_VERSION = 2;
+const STORE_NAME = 'pending';
 /** The store of version 1, which sorted by the clock. */
-const BEFORE = 'outbox';
+const OLD_STORE_NAME = 'outbox';
 
 /**
  * @param {IDBFactory} [factory]
@@ -39,15 +39,15 @@ export function createOutbox(factory = globalThis.indexedDB) {
   /** @type {Promise<IDBDatabase>|null} */
   let opened = null;
   /** Number of each operation in the database, once it has one. @type {Map<string, Promise<number>>} */
-  const places = new Map();
+  const orderNumbers = new Map();
 
   /** A database that failed or was closed is opened again by the next access. */
-  const forget = () => (opened = null);
+  const resetConnection = () => (opened = null);
 
   function database() {
     if (opened === null) {
-      opened = open(factory, forget);
-      opened.catch(forget);
+      opened = open(factory, resetConnection);
+      opened.catch(resetConnection);
     }
     return opened;
   }
@@ -55,14 +55,14 @@ export function createOutbox(factory = globalThis.indexedDB) {
   /**
    * @template T
    * @param {IDBTransactionMode} mode
-   * @param {(store: IDBObjectStore) => IDBRequest<T>} act
+   * @param {(store: IDBObjectStore) => IDBRequest<T>} makeRequest
    * @returns {Promise<T>}
    */
-  async function within(mode, act) {
+  async function runTransaction(mode, makeRequest) {
     const db = await database();
     return new Promise((resolve, reject) => {
-      const transaction = db.transaction(STORE, mode, { durability: 'relaxed' });
-      const request = act(transaction.objectStore(STORE));
+      const transaction = db.transaction(STORE_NAME, mode, { durability: 'relaxed' });
+      const request = makeRequest(transaction.objectStore(STORE_NAME));
       transaction.commit(); // at once, because the page may be about to close
       transaction.oncomplete = () => resolve(request.result);
       transaction.onabort = () => reject(transaction.error);
@@ -70,19 +70,19 @@ export function createOutbox(factory = globalThis.indexedDB) {
   }
 
   /** The number of an operation; undefined: it is not in the database. @param {string} op_id @returns {Promise<number|undefined>} */
-  const placeOf = async (op_id) => places.get(op_id)?.catch(() => undefined);
+  const orderNumber = async (op_id) => orderNumbers.get(op_id)?.catch(() => undefined);
 
-  /** @param {Pending} pending @param {Promise<number|undefined>} place @returns {Promise<number>} */
-  async function write(pending, place) {
-    const order = await place;
-    const key = await within('readwrite', (store) => store.put(order === undefined ? pending : { ...pending, order }));
+  /** @param {Pending} pending @param {Promise<number|undefined>} orderNumber @returns {Promise<number>} */
+  async function write(pending, orderNumber) {
+    const order = await orderNumber;
+    const key = await runTransaction('readwrite', (store) => store.put(order === undefined ? pending : { ...pending, order }));
     return /** @type {number} */ (key);
   }
 
   async function all() {
-    const rows = /** @type {(Pending & {order: number})[]} */ (await within('readonly', (store) => store.getAll()));
+    const rows = /** @type {(Pending & {order: number})[]} */ (await runTransaction('readonly', (store) => store.getAll()));
     return rows.map(({ order, ...pending }) => {
-      places.set(pending.op_id, Promise.resolve(order));
+      orderNumbers.set(pending.op_id, Promise.resolve(order));
       return pending;
     });
   }
@@ -91,18 +91,18 @@ export function createOutbox(factory = globalThis.indexedDB) {
     all,
     load: async (run) => (await all()).filter((one) => one.run === run),
     async put(pending) {
-      const written = write(pending, placeOf(pending.op_id));
-      // a later change waits only for the first write, which assigns the place
-      const first = places.get(pending.op_id) ?? written;
-      places.set(pending.op_id, first);
-      first.catch(() => places.get(pending.op_id) === first && places.delete(pending.op_id));
+      const written = write(pending, orderNumber(pending.op_id));
+      // a later change waits only for the first write, which assigns the number
+      const first = orderNumbers.get(pending.op_id) ?? written;
+      orderNumbers.set(pending.op_id, first);
+      first.catch(() => orderNumbers.get(pending.op_id) === first && orderNumbers.delete(pending.op_id));
       await written;
     },
     async remove(op_id) {
-      const place = placeOf(op_id);
-      places.delete(op_id);
-      const order = await place;
-      if (order !== undefined) await within('readwrite', (store) => store.delete(order));
+      const known = orderNumber(op_id);
+      orderNumbers.delete(op_id);
+      const order = await known;
+      if (order !== undefined) await runTransaction('readwrite', (store) => store.delete(order));
     },
   };
 }
@@ -110,45 +110,45 @@ export function createOutbox(factory = globalThis.indexedDB) {
 /** An outbox in memory, for tests and for browsers without a database (some private windows). @returns {Outbox} */
 export function createMemoryOutbox() {
   /** In the order of the first `put`. @type {Map<string, Pending>} */
-  const held = new Map();
+  const operations = new Map();
   return {
-    all: async () => [...held.values()],
-    load: async (run) => [...held.values()].filter((pending) => pending.run === run),
-    put: async (pending) => void held.set(pending.op_id, pending),
-    remove: async (op_id) => void held.delete(op_id),
+    all: async () => [...operations.values()],
+    load: async (run) => [...operations.values()].filter((pending) => pending.run === run),
+    put: async (pending) => void operations.set(pending.op_id, pending),
+    remove: async (op_id) => void operations.delete(op_id),
   };
 }
 
 /**
  * @param {IDBFactory} factory
- * @param {() => void} closed   called when the database was closed: by the browser, or for a page of a newer version
+ * @param {() => void} onClosed   called when the database was closed: by the browser, or for a page of a newer version
  * @returns {Promise<IDBDatabase>}
  */
-function open(factory, closed) {
+function open(factory, onClosed) {
   return new Promise((resolve, reject) => {
-    const request = factory.open(NAME, VERSION);
-    let late = false;
+    const request = factory.open(DATABASE_NAME, DATABASE_VERSION);
+    let wasBlocked = false;
     request.onupgradeneeded = ({ oldVersion }) => {
       const db = request.result;
-      const store = db.createObjectStore(STORE, { keyPath: 'order', autoIncrement: true });
-      if (oldVersion === 1) takeOver(db, /** @type {IDBTransaction} */ (request.transaction).objectStore(BEFORE), store);
+      const store = db.createObjectStore(STORE_NAME, { keyPath: 'order', autoIncrement: true });
+      if (oldVersion === 1) migrateVersion1(db, /** @type {IDBTransaction} */ (request.transaction).objectStore(OLD_STORE_NAME), store);
     };
     request.onsuccess = () => {
       const db = request.result;
-      if (late) {
+      if (wasBlocked) {
         db.close();
         return;
       }
       db.onversionchange = () => {
         db.close();
-        closed();
+        onClosed();
       };
-      db.onclose = closed;
+      db.onclose = onClosed;
       resolve(db);
     };
     request.onerror = () => reject(request.error);
     request.onblocked = () => {
-      late = true;
+      wasBlocked = true;
       reject(new Error('Another page holds an older version of the outbox. Close it.'));
     };
   });
@@ -160,10 +160,10 @@ function open(factory, closed) {
  * @param {IDBObjectStore} before
  * @param {IDBObjectStore} store
  */
-function takeOver(db, before, store) {
+function migrateVersion1(db, before, store) {
   const all = /** @type {IDBRequest<(Pending & {order: number})[]>} */ (before.getAll());
   all.onsuccess = () => {
     for (const { order: _time, ...pending } of all.result.sort((a, b) => a.order - b.order)) store.add(pending);
-    db.deleteObjectStore(BEFORE);
+    db.deleteObjectStore(OLD_STORE_NAME);
   };
 }

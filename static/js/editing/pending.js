@@ -21,8 +21,8 @@ export function asCommand(command) {
 
 /** @param {Pending} pending @returns {string[]} tracks that it touches */
 export function keysOf({ command }) {
-  const own = asCommand(command);
-  return own === null ? [] : touchedKeys(own);
+  const edit = asCommand(command);
+  return edit === null ? [] : touchedKeys(edit);
 }
 
 /**
@@ -33,14 +33,14 @@ export function keysOf({ command }) {
  * @param {Pending['command']} command
  * @returns {Record<string, number>}
  */
-export function revisionsSeen(review, confirmed, command) {
-  const own = asCommand(command);
+export function seenRevisions(review, confirmed, command) {
+  const edit = asCommand(command);
   /** @type {Record<string, number>} */
   const seen = {};
-  for (const key of own === null ? [] : touchedKeys(own)) {
+  for (const key of edit === null ? [] : touchedKeys(edit)) {
     const doc = confirmed[key] ?? docOf({ ...review, docs: confirmed }, key);
     if (doc) seen[key] = doc.revision;
-    else if (own?.key === key && own.name !== 'create_track') seen[key] = 0;
+    else if (edit?.key === key && edit.name !== 'create_track') seen[key] = 0;
   }
   return seen;
 }
@@ -60,23 +60,23 @@ export function revisionsSeen(review, confirmed, command) {
  * @param {ReadonlyMap<string, Step>} [stored]   effects of operations that the server has stored, by op_id
  * @returns {Record<string, TrackDoc>}
  */
-export function projected(review, confirmed, pending, time, stored = new Map()) {
+export function applyPending(review, confirmed, pending, time, stored = new Map()) {
   let docs = confirmed;
   /** @type {Map<string, Step>} */
   const steps = new Map();
   for (const { op_id, command, author } of pending) {
-    const own = asCommand(command);
-    if (own === null) {
-      const { op_id: of, name } = /** @type {{name: 'undo'|'redo', op_id: string}} */ (command);
-      const step = steps.get(of) ?? stored.get(of);
-      if (step) docs = { ...docs, ...reverted(review, docs, name === 'undo' ? step.before : step.after) };
+    const edit = asCommand(command);
+    if (edit === null) {
+      const { op_id: target, name } = /** @type {{name: 'undo'|'redo', op_id: string}} */ (command);
+      const step = steps.get(target) ?? stored.get(target);
+      if (step) docs = { ...docs, ...restoredDocs(review, docs, name === 'undo' ? step.before : step.after) };
       continue;
     }
     try {
-      const made = applyCommand({ ...docsFor({ ...review, docs }, own), ...docs }, own, { author, time });
+      const made = applyCommand({ ...docsFor({ ...review, docs }, edit), ...docs }, edit, { author, time });
       steps.set(
         op_id,
-        stepTo(
+        createStep(
           docs,
           made.changed.map((key) => made.docs[key]),
         ),
@@ -90,13 +90,13 @@ export function projected(review, confirmed, pending, time, stored = new Map()) 
 }
 
 /** @param {Record<string, TrackDoc>} docs @param {readonly TrackDoc[]} changed @returns {Step} */
-export const stepTo = (docs, changed) => ({
+export const createStep = (docs, changed) => ({
   before: Object.fromEntries(changed.map(({ key }) => [key, docs[key] ?? null])),
   after: Object.fromEntries(changed.map((doc) => [doc.key, doc])),
 });
 
 /** @param {ReviewState} review @param {Record<string, TrackDoc>} docs @param {Record<string, TrackDoc|null>} goal @returns {Record<string, TrackDoc>} */
-function reverted(review, docs, goal) {
+function restoredDocs(review, docs, goal) {
   return Object.fromEntries(
     Object.entries(goal).map(([key, doc]) => {
       // without a document: the engine's track; of a track that a person made, nothing is left
@@ -112,18 +112,18 @@ function reverted(review, docs, goal) {
  * @param {readonly TrackDoc[]} stored
  * @returns {{pending: Pending[], changed: Pending[]}}
  */
-export function rebased(pending, stored) {
+export function rebase(pending, stored) {
   /** @type {Pending[]} */
   const changed = [];
   const next = pending.map((one) => {
     const touched = stored.filter(({ key }) => keysOf(one).includes(key));
     if (touched.length === 0) return one;
-    const moved = {
+    const rebased = {
       ...one,
       seen: { ...one.seen, ...Object.fromEntries(touched.map(({ key, revision }) => [key, Math.max(one.seen[key] ?? 0, revision)])) },
     };
-    changed.push(moved);
-    return moved;
+    changed.push(rebased);
+    return rebased;
   });
   return { pending: next, changed };
 }
@@ -134,16 +134,16 @@ export function rebased(pending, stored) {
  * @param {readonly string[]} keys
  * @returns {Pending|null}
  */
-export function without(pending, keys) {
-  const own = asCommand(pending.command);
+export function withoutTracks(pending, keys) {
+  const edit = asCommand(pending.command);
   const all = keysOf(pending);
   const left = all.filter((one) => !keys.includes(one));
-  if (own?.name !== 'review_tracks' || left.length === all.length) return pending;
+  if (edit?.name !== 'review_tracks' || left.length === all.length) return pending;
   const [key, ...others] = left;
   if (key === undefined) return null;
   return {
     ...pending,
-    command: { ...own, key, others },
+    command: { ...edit, key, others },
     seen: Object.fromEntries(Object.entries(pending.seen).filter(([one]) => !keys.includes(one))),
   };
 }
@@ -154,17 +154,18 @@ export function without(pending, keys) {
  * @param {Pending} refused
  * @returns {{held: Pending[], left: Pending[]}}
  */
-export function parted(pending, refused) {
+export function splitOffDependents(pending, refused) {
   const keys = new Set(keysOf(refused));
   /** @type {Pending[]} */
   const held = [];
   const left = pending.filter((one) => {
-    const bound = one.op_id === refused.op_id || keysOf(one).some((key) => keys.has(key)) || held.some((other) => isAbout(one, other));
-    if (bound) {
+    const isDependent =
+      one.op_id === refused.op_id || keysOf(one).some((key) => keys.has(key)) || held.some((other) => isAbout(one, other));
+    if (isDependent) {
       for (const key of keysOf(one)) keys.add(key);
       held.push(one);
     }
-    return !bound;
+    return !isDependent;
   });
   return { held, left };
 }
@@ -176,7 +177,7 @@ const isAbout = (one, { op_id }) => asCommand(one.command) === null && Reflect.g
  * The edits that remain in the end: without those that a later undo takes back.
  * @param {readonly Pending[]} pending   in order
  */
-export function standing(pending) {
+export function withoutUndone(pending) {
   return pending.filter(
     (one) => asCommand(one.command) !== null && pending.findLast((other) => isAbout(other, one))?.command.name !== 'undo',
   );
@@ -187,14 +188,16 @@ export function standing(pending) {
  * counterpart and all that continue from it.
  * @template {Pick<Pending, 'op_id'|'command'>} T
  * @param {readonly T[]} pending
- * @param {T} given
+ * @param {T} operation
  * @returns {T[]} includes the operation itself
  */
-export function givenUp(pending, given) {
-  const of = asCommand(given.command) === null ? Reflect.get(given.command, 'op_id') : given.op_id;
-  const at = pending.findIndex(({ op_id }) => op_id === given.op_id);
+export function withCounterparts(pending, operation) {
+  const target = asCommand(operation.command) === null ? Reflect.get(operation.command, 'op_id') : operation.op_id;
+  const index = pending.findIndex(({ op_id }) => op_id === operation.op_id);
   return [
-    given,
-    ...pending.slice(at + 1).filter((one) => isAbout(one, { op_id: of }) || (of !== given.op_id && isAbout(one, { op_id: '' }))),
+    operation,
+    ...pending
+      .slice(index + 1)
+      .filter((one) => isAbout(one, { op_id: target }) || (target !== operation.op_id && isAbout(one, { op_id: '' }))),
   ];
 }

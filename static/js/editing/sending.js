@@ -6,21 +6,22 @@
  * @typedef {import('./outbox.js').Outbox} Outbox
  */
 import { ApiError } from '../api/errors.js';
-import { asCommand, rebased } from './pending.js';
+import { asCommand, rebase } from './pending.js';
 
 /** Pauses between attempts, ms. */
-const PAUSES = [500, 1000, 2000, 4000, 8000, 15000];
+const RETRY_DELAYS_MS = [500, 1000, 2000, 4000, 8000, 15000];
 /** Status codes after which the same operation can never succeed. After any other it is sent again. */
-const FINAL = new Set([400, 404, 409, 413, 415, 422, 428]);
+const FINAL_STATUSES = new Set([400, 404, 409, 413, 415, 422, 428]);
 
 /** Code of the only 409 that is temporary: another file is in the video's place, until the video is put back. */
-export const CHANGED = 'file_changed';
+export const FILE_CHANGED = 'file_changed';
 
 /** Code of a 503: another server of the same database has the run's files. */
-export const ELSEWHERE = 'elsewhere';
+export const FILES_ELSEWHERE = 'elsewhere';
 
 /** Whether the same operation may succeed later. @param {unknown} thrown @returns {thrown is ApiError} */
-export const isPassing = (thrown) => thrown instanceof ApiError && (!FINAL.has(thrown.status) || thrown.code === CHANGED);
+export const isRetryableEdit = (thrown) =>
+  thrown instanceof ApiError && (!FINAL_STATUSES.has(thrown.status) || thrown.code === FILE_CHANGED);
 
 /**
  * A new track whose label no longer exists, without that label, so that the drawn box is saved; null: another kind of
@@ -29,26 +30,26 @@ export const isPassing = (thrown) => thrown instanceof ApiError && (!FINAL.has(t
  * @param {unknown} thrown
  * @returns {Pending|null}
  */
-export function keptWithoutLabel(next, thrown) {
-  const own = asCommand(next.command);
-  if (own?.name !== 'create_track' || own.class_id === null || !(thrown instanceof ApiError) || thrown.code !== 'no_such_label')
+export function withoutMissingLabel(next, thrown) {
+  const edit = asCommand(next.command);
+  if (edit?.name !== 'create_track' || edit.class_id === null || !(thrown instanceof ApiError) || thrown.code !== 'no_such_label')
     return null;
-  const { label_key: _, ...command } = own;
+  const { label_key: _, ...command } = edit;
   return { ...next, command: { ...command, class_id: null } };
 }
 
-/** @param {number} tries   so far @returns {number} ms until the next one */
-export const pauseAfter = (tries) => PAUSES[Math.min(tries, PAUSES.length - 1)];
+/** @param {number} attempts   so far @returns {number} ms until the next one */
+export const retryDelay = (attempts) => RETRY_DELAYS_MS[Math.min(attempts, RETRY_DELAYS_MS.length - 1)];
 
 /**
  * Pauses that can be ended early, all at once.
- * @returns {{wait: (ms: number) => Promise<void>, wake: () => void}}
+ * @returns {{sleep: (ms: number) => Promise<void>, wake: () => void}}
  */
-export function createPause() {
+export function createWakeableSleep() {
   /** @type {Set<() => void>} */
   const waiting = new Set();
   return {
-    wait: (ms) =>
+    sleep: (ms) =>
       new Promise((resolve) => {
         const timer = setTimeout(done, ms);
         waiting.add(done);
@@ -65,12 +66,12 @@ export function createPause() {
 /**
  * Remove a stored operation from the outbox, and rebase the later ones of its run onto the revisions that it produced.
  * @param {Outbox} outbox
- * @param {Pending} done
+ * @param {Pending} stored
  * @param {readonly import('../types.js').TrackDoc[]} docs   as the operation left them
- * @param {readonly Pending[]} behind
+ * @param {readonly Pending[]} later
  */
-export async function leave(outbox, done, docs, behind) {
+export async function removeStored(outbox, stored, docs, later) {
   // first those that build on it: after a crash in between, it is sent again and gets the same answer
-  await Promise.all(rebased(behind, docs).changed.map((one) => outbox.put(one)));
-  await outbox.remove(done.op_id);
+  await Promise.all(rebase(later, docs).changed.map((one) => outbox.put(one)));
+  await outbox.remove(stored.op_id);
 }

@@ -8,7 +8,7 @@
  * @typedef {import('../types.js').Command} Command
  */
 import { reviewNotice } from '../model/review_notice.js';
-import { isAwaited, shownTrack } from '../review/shown_tracks.js';
+import { areBoxesLoading, shownTrack } from '../review/shown_tracks.js';
 
 /** @param {State} state */
 export const onReview = (state) => state.route.screen === 'review' && state.review?.timebase != null && reviewNotice(state) === 'none';
@@ -35,7 +35,7 @@ export function needsBoxes(state) {
   const missing = needsTrack(state);
   if (missing) return missing;
   const { review } = state;
-  return review?.selected && isAwaited(review) && !shownTrack(review, review.selected)
+  return review?.selected && areBoxesLoading(review) && !shownTrack(review, review.selected)
     ? 'The boxes of this frame are still loading.'
     : null;
 }

@@ -25,19 +25,19 @@ const shownTruth = (review) => (review.layers.truth ? [...(review.truth[review.f
 export function chosenTruth(review) {
   if (!review.layers.truth || review.truthId === null) return null;
   const tracks = shownTracks(review);
-  const here = shownTruth(review);
+  const truthBoxes = shownTruth(review);
   if (review.truthSign !== null) {
-    const own = here.find(({ track }) => track === review.truthSign) ?? null;
-    const over = own ? best(tracks, own.box) : null;
+    const chosen = truthBoxes.find(({ track }) => track === review.truthSign) ?? null;
+    const overlap = chosen ? largestOverlap(tracks, chosen.box) : null;
     return {
       sign: review.truthSign,
-      box: own?.box ?? null,
-      class_id: own?.class_id ?? null,
-      on: over && { key: over.item.key, iou: over.iou },
+      box: chosen?.box ?? null,
+      class_id: chosen?.class_id ?? null,
+      on: overlap && { key: overlap.item.key, iou: overlap.iou },
     };
   }
   const selected = tracks.find(({ key }) => key === review.selected);
-  const found = selected ? best(here, selected.box) : null;
+  const found = selected ? largestOverlap(truthBoxes, selected.box) : null;
   return selected && found
     ? { sign: found.item.track, box: found.item.box, class_id: found.item.class_id, on: { key: selected.key, iou: found.iou } }
     : null;
@@ -51,10 +51,10 @@ export function nextTruth(review) {
 
 /** The sign of the ground truth under a point of the picture, the smallest if there are several; null: none. @param {ReviewState} review @param {number} x @param {number} y @returns {number|null} */
 export function truthAt(review, x, y) {
-  const under = shownTruth(review)
+  const containing = shownTruth(review)
     .filter(({ box }) => contains(box, x, y))
     .sort((a, b) => area(a.box) - area(b.box));
-  return under[0]?.track ?? null;
+  return containing[0]?.track ?? null;
 }
 
 /**
@@ -63,7 +63,7 @@ export function truthAt(review, x, y) {
  * @param {Box} box
  * @returns {{item: T, iou: number}|null} the item with the largest overlap; null: none overlaps
  */
-function best(items, box) {
+function largestOverlap(items, box) {
   const found = items.map((item) => ({ item, iou: iou(item.box, box) })).sort((a, b) => b.iou - a.iou)[0];
   return found && found.iou > 0 ? found : null;
 }

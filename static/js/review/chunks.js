@@ -7,77 +7,78 @@ import { putOverlays, putTruth } from '../store/actions/review.js';
 /** @typedef {import('../state-types.js').State} State */
 
 /** Frames of one request. */
-const CHUNK = 128;
-/** The longest time that a chunk on its way delays the chunk at the present cursor, ms. */
-const PATIENCE = 1000;
+const CHUNK_FRAMES = 128;
+/** The longest time that a pending chunk delays the chunk at the cursor, ms. */
+const MAX_CHUNK_DELAY_MS = 1000;
 
 /**
  * @param {Pick<App, 'store'|'api'>} app
  * @param {import('./requests.js').Requests} requests
  * @param {object} parts
- * @param {() => string|null} parts.truth   id of the shown ground truth
- * @param {(id: string, signal: AbortSignal) => void} parts.truthGone   called when it was removed, or replaced by another of its name
- * @param {() => void} parts.again          called when a chunk has arrived, because the cursor may have moved
+ * @param {() => string|null} parts.truthId   id of the shown ground truth
+ * @param {(id: string, signal: AbortSignal) => void} parts.onTruthMissing   called when it was removed, or replaced by another of its name
+ * @param {() => void} parts.onLoaded          called when a chunk has arrived, because the cursor may have moved
  */
-export function createChunks({ store, api }, requests, { truth, truthGone, again }) {
-  /** The current request for the cursor's chunk: what was open, and its start time. @type {{of: object, since: number}|null} */
-  let fetching = null;
+export function createChunks({ store, api }, requests, { truthId, onTruthMissing, onLoaded }) {
+  /** The pending request for the cursor's chunk. @type {{owner: object, since: number}|null} */
+  let current = null;
 
   /**
    * Request the missing chunks around the cursor: the cursor's own first, and one at a time, because a scrubbing user
    * has left it before it arrives.
    * @param {NonNullable<State['review']>} review
    * @param {AbortSignal} signal
-   * @param {object} of   what is open; a request for something else delays nothing
+   * @param {object} owner   the open review; a request of another one delays nothing
    */
-  function around(review, signal, of) {
-    const middle = Math.floor(review.frame / CHUNK);
-    if (fetching !== null && fetching.of === of && performance.now() - fetching.since <= PATIENCE) return;
-    const missing = chunk(review, middle, signal);
+  function loadAround(review, signal, owner) {
+    const cursorChunk = Math.floor(review.frame / CHUNK_FRAMES);
+    if (current !== null && current.owner === owner && performance.now() - current.since <= MAX_CHUNK_DELAY_MS) return;
+    const missing = missingLoads(review, cursorChunk, signal);
     if (missing.length === 0) {
-      for (const side of [middle + 1, middle - 1]) for (const ask of chunk(review, side, signal)) void ask();
+      for (const neighbour of [cursorChunk + 1, cursorChunk - 1]) for (const load of missingLoads(review, neighbour, signal)) void load();
       return;
     }
-    const mine = (fetching = { of, since: performance.now() });
-    void Promise.all(missing.map((ask) => ask())).finally(() => {
-      if (fetching === mine) fetching = null;
-      if (!signal.aborted) again(); // the cursor has moved, or other chunks are needed now
+    const request = (current = { owner, since: performance.now() });
+    void Promise.all(missing.map((load) => load())).finally(() => {
+      if (current === request) current = null;
+      if (!signal.aborted) onLoaded(); // the cursor has moved, or other chunks are needed now
     });
   }
 
   /**
-   * Make the requests that a chunk of frames still needs.
+   * The requests that a chunk of frames still needs, as functions.
    * @param {NonNullable<State['review']>} review
-   * @param {number} number
+   * @param {number} index
    * @param {AbortSignal} signal
    * @returns {(() => Promise<void>)[]}
    */
-  function chunk(review, number, signal) {
+  function missingLoads(review, index, signal) {
     const last = (review.timebase?.frames ?? 1) - 1;
-    const first = number * CHUNK;
+    const first = index * CHUNK_FRAMES;
     if (first < 0 || first > last) return [];
-    const end = Math.min(last, first + CHUNK - 1);
-    const asks = [];
+    const end = Math.min(last, first + CHUNK_FRAMES - 1);
+    const loads = [];
     for (const [slot, run] of /** @type {const} */ ([
       ['overlays', review.run?.id],
       ['secondOverlays', review.second],
     ])) {
-      if (run && !held(review, slot, run, first)) asks.push(() => overlays(run, slot, first, end, signal));
+      if (run && !hasOverlays(review, slot, run, first)) loads.push(() => loadOverlays(run, slot, first, end, signal));
     }
-    const id = truth();
-    if (id !== null && review.layers.truth && !requests.isAskedFor(`truth/${id}/${first}`)) asks.push(() => boxes(id, first, end, signal));
-    return asks;
+    const id = truthId();
+    if (id !== null && review.layers.truth && !requests.isRequested(`truth/${id}/${first}`))
+      loads.push(() => loadTruthBoxes(id, first, end, signal));
+    return loads;
   }
 
   /**
-   * Whether overlays are loaded or on their way. Evicted ones are requested again.
+   * Whether overlays are loaded or requested. Evicted ones are requested again.
    * @param {NonNullable<State['review']>} review
    * @param {'overlays'|'secondOverlays'} slot
    * @param {string} run
    * @param {number} first
    */
-  function held(review, slot, run, first) {
-    return requests.holds(`${slot}/${run}/${first}`, (came) => Boolean(review[slot][came]));
+  function hasOverlays(review, slot, run, first) {
+    return requests.isRequestedOrStored(`${slot}/${run}/${first}`, (firstFrame) => Boolean(review[slot][firstFrame]));
   }
 
   /**
@@ -87,32 +88,32 @@ export function createChunks({ store, api }, requests, { truth, truthGone, again
    * @param {number} last
    * @param {AbortSignal} signal
    */
-  function overlays(run, slot, first, last, signal) {
+  function loadOverlays(run, slot, first, last, signal) {
     const name = `${slot}/${run}/${first}`;
-    return requests.fetched(
+    return requests.load(
       name,
       signal,
       () => api.overlays(run, first, last, { signal }),
       (found) => {
         store.dispatch(putOverlays, slot, found);
         // frames that the run has not reached are requested again by `refresh`
-        if (found.length) requests.came(name, found[0].frame);
+        if (found.length) requests.setFirstFrame(name, found[0].frame);
       },
     );
   }
 
   /** @param {string} id @param {number} first @param {number} last @param {AbortSignal} signal */
-  function boxes(id, first, last, signal) {
-    return requests.fetched(
+  function loadTruthBoxes(id, first, last, signal) {
+    return requests.load(
       `truth/${id}/${first}`,
       signal,
       () => api.truthBoxes(id, first, last, { signal }),
       (found) => {
         store.dispatch(putTruth, found, first, last);
       },
-      () => truthGone(id, signal),
+      () => onTruthMissing(id, signal),
     );
   }
 
-  return around;
+  return loadAround;
 }

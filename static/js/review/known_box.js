@@ -16,8 +16,8 @@ export function knownBox(review, key, frame) {
   return (
     boxAt(doc, frame, (track, at) => {
       const lane = review.laneOf[track];
-      const place = lane ? lane.frame.indexOf(at) : -1;
-      return place < 0 ? (review.overlays[at]?.tracks.find(({ id }) => id === track)?.box ?? null) : lane.box[place];
+      const index = lane ? lane.frame.indexOf(at) : -1;
+      return index < 0 ? (review.overlays[at]?.tracks.find(({ id }) => id === track)?.box ?? null) : lane.box[index];
     })?.box ?? null
   );
 }

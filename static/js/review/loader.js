@@ -14,14 +14,14 @@ import { tracksBehind } from '../model/track_lane.js';
 import { hideBanner, showBanner, setRuns } from '../store/actions/page.js';
 import { changeReview, closeReview, openReview, putLane, seek, select, selectedLanes } from '../store/actions/review.js';
 import { createChunks } from './chunks.js';
-import { offerEarlier } from './earlier.js';
+import { offerEarlierCorrections } from './earlier_corrections.js';
 import { createRequests } from './requests.js';
 
 /** Minimum time between two reloads of a run in progress, ms. */
-const FOLLOW = 1500;
+const MIN_RELOAD_INTERVAL_MS = 1500;
 
-/** Pause before a review is opened again after the server was unreachable, ms. */
-const AGAIN = 2000;
+/** Delay before a failed opening or reload is repeated, ms. */
+const RETRY_DELAY_MS = 2000;
 
 /** @param {unknown} thrown */
 const isOffline = (thrown) => thrown instanceof ApiError && thrown.code === 'offline';
@@ -36,17 +36,17 @@ const withoutErrors = (state) => ['review', 'picture', 'earlier'].reduce(hideBan
  * @returns {State}
  */
 function putTracks(state, found) {
-  const named =
+  const requestedTrack =
     state.route.screen === 'review' && state.review?.tracks === null && state.review.selected === null ? state.route.track : null;
   const next = changeReview(state, found);
-  return named === null || named === NEXT_TRACK ? next : select(next, named);
+  return requestedTrack === null || requestedTrack === NEXT_TRACK ? next : select(next, requestedTrack);
 }
 
 /**
  * @typedef {object} Loader
  * @property {() => void} sync                 follow a change of the state
  * @property {() => Promise<void>} refresh     load tracks and lanes of the run again
- * @property {(run: Run) => void} follow       a run has progressed
+ * @property {(run: Run) => void} onProgress       a run has progressed
  * @property {(id: string|null, corrected?: boolean) => void} showSecond   another run's results as a layer, as the engine left them or as people corrected them
  * @property {(id: string|null) => void} showTruth    a ground truth of the video as a layer; null: any that exists
  * @property {() => void} destroy
@@ -54,36 +54,36 @@ function putTracks(state, found) {
 
 /**
  * @param {App} app
- * @param {{opened: (run: string) => Promise<void>|void, closed: () => void, first: () => void}} hooks   `opened`:
- *   resolves when people's corrections are loaded; `first`: opens the first undecided track
+ * @param {{onOpened: (run: string) => Promise<void>|void, onClosed: () => void, openFirst: () => void}} hooks   `onOpened`:
+ *   resolves when people's corrections are loaded; `openFirst`: opens the first undecided track
  * @returns {Loader}
  */
 export function createLoader(app, hooks) {
   const { store, api } = app;
   /** @type {AbortController|null} */
-  let current = null;
-  let opened = '';
+  let opening = null;
+  let openedRoute = '';
   /** @type {string|null} */
-  let truth = null;
+  let truthId = null;
   /** The requested ground truth, perhaps before its video is open. @type {string|null} */
-  let wantedTruth = null;
-  /** The video that cannot be opened yet. @type {string|null} */
-  let unready = null;
-  let followed = -FOLLOW;
+  let requestedTruthId = null;
+  /** Id of a video whose import has not ended: it cannot be opened yet. @type {string|null} */
+  let importingVideo = null;
+  let lastReload = -MIN_RELOAD_INTERVAL_MS;
   /** Number of requests for tracks, and the number of the latest answer. */
-  let asks = 0;
-  let newest = 0;
+  let requestCount = 0;
+  let newestAnswer = 0;
   /** Whether the last reload failed and is repeated. */
-  let late = false;
-  const recovered = () => store.dispatch(hideBanner, 'review');
-  const requests = createRequests(() => sync(), fail, recovered);
-  const around = createChunks(app, requests, {
-    truth: () => truth,
-    truthGone(id, signal) {
+  let isRetrying = false;
+  const hideError = () => store.dispatch(hideBanner, 'review');
+  const requests = createRequests(() => sync(), fail, hideError);
+  const loadAround = createChunks(app, requests, {
+    truthId: () => truthId,
+    onTruthMissing(id, signal) {
       const review = store.get().review;
-      if (review && truth === id) groundTruths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
+      if (review && truthId === id) loadGroundTruths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
     },
-    again: () => sync(),
+    onLoaded: () => sync(),
   });
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
@@ -97,19 +97,19 @@ export function createLoader(app, hooks) {
 
   /** @param {Extract<State['route'], {screen: 'review'}>} route */
   async function open(route) {
-    current?.abort();
-    current = new AbortController();
-    const signal = AbortSignal.any([current.signal, app.signal]);
+    opening?.abort();
+    opening = new AbortController();
+    const signal = AbortSignal.any([opening.signal, app.signal]);
     requests.clear();
-    truth = null;
-    hooks.closed();
+    truthId = null;
+    hooks.onClosed();
     store.dispatch(withoutErrors);
     try {
       await app.load(() => api.video(route.video, { signal }), openReview);
       const video = store.get().review?.video;
       if (!video) return;
-      unready = video.state === 'ready' ? null : video.id;
-      if (unready !== null) return;
+      importingVideo = video.state === 'ready' ? null : video.id;
+      if (importingVideo !== null) return;
       const [table] = await Promise.all([
         api.frameTable(video.id, { signal }),
         app.load(
@@ -130,59 +130,59 @@ export function createLoader(app, hooks) {
         const { frame } = state.route.screen === 'review' ? state.route : route;
         return seek(ready, frame ?? run?.first ?? 0);
       });
-      await Promise.all([run && load(run, signal), groundTruths(video.id, signal)]);
+      await Promise.all([run && loadRun(run, signal), loadGroundTruths(video.id, signal)]);
     } catch (thrown) {
       // the screen itself shows that a video does not exist
       if (store.get().review || !(thrown instanceof ApiError && thrown.status === 404)) fail(thrown, signal);
-      if (mayRepeat(thrown)) setTimeout(() => !signal.aborted && void open(route), AGAIN);
+      if (mayRepeat(thrown)) setTimeout(() => !signal.aborted && void open(route), RETRY_DELAY_MS);
     }
   }
 
   /** Tracks and lanes of a run; null: a later request was answered first. @param {string} run @param {AbortSignal} signal */
-  async function tracksOf(run, signal) {
-    const mine = ++asks;
+  async function loadTracks(run, signal) {
+    const number = ++requestCount;
     const [tracks, lanes] = await Promise.all([api.tracks(run, { signal }), api.lanes(run, { signal })]);
-    if (mine < newest) return null;
-    newest = mine;
+    if (number < newestAnswer) return null;
+    newestAnswer = number;
     return { tracks, lanes };
   }
 
   /** @param {Run} run @param {AbortSignal} signal */
-  async function load(run, signal) {
-    const corrected = hooks.opened(run.id);
+  async function loadRun(run, signal) {
+    const corrected = hooks.onOpened(run.id);
     if (run.state === 'queued' && run.frames_done === 0) return;
-    const found = await tracksOf(run.id, signal);
+    const found = await loadTracks(run.id, signal);
     if (found) store.dispatch(putTracks, found);
     const { route } = store.get();
     const toFirst = route.screen === 'review' && route.track === NEXT_TRACK;
-    if (toFirst) void Promise.resolve(corrected).then(() => signal.aborted || hooks.first());
-    offerEarlier(app, run, signal).catch((thrown) => fail(thrown, signal));
+    if (toFirst) void Promise.resolve(corrected).then(() => signal.aborted || hooks.openFirst());
+    offerEarlierCorrections(app, run, signal).catch((thrown) => fail(thrown, signal));
   }
 
   /** @param {string} video @param {AbortSignal} signal */
-  async function groundTruths(video, signal) {
+  async function loadGroundTruths(video, signal) {
     const found = await api.groundTruths(video, { signal });
-    const shown = found.find(({ id }) => id === wantedTruth) ?? found[0];
+    const shown = found.find(({ id }) => id === requestedTruthId) ?? found[0];
     const next = shown?.id ?? null;
     store.dispatch(changeReview, {
       truthId: shown?.id ?? null,
       truthName: shown?.name ?? null,
-      ...(truth !== null && truth !== next ? { truth: {} } : {}),
+      ...(truthId !== null && truthId !== next ? { truth: {} } : {}),
     });
-    truth = next;
+    truthId = next;
     sync();
   }
 
   /** @param {string} run @param {number} track @param {AbortSignal} signal */
-  function lane(run, track, signal) {
+  function loadLane(run, track, signal) {
     const name = `lane/${run}/${track}`;
-    if (requests.isAskedFor(name)) return;
-    void requests.fetched(
+    if (requests.isRequested(name)) return;
+    void requests.load(
       name,
       signal,
       () => api.track(run, track, { signal }),
       (found) => {
-        requests.passed(name);
+        requests.forget(name);
         store.dispatch(putLane, found);
       },
     );
@@ -190,87 +190,87 @@ export function createLoader(app, hooks) {
 
   async function refresh() {
     const review = store.get().review;
-    if (!review?.run || !current) return;
-    const signal = AbortSignal.any([current.signal, app.signal]);
-    requests.forget('truth/', true);
-    requests.wake();
+    if (!review?.run || !opening) return;
+    const signal = AbortSignal.any([opening.signal, app.signal]);
+    requests.forgetPrefix('truth/', true);
+    requests.retryNow();
     try {
-      const found = await tracksOf(review.run.id, signal);
-      if (late) recovered();
-      late = false;
+      const found = await loadTracks(review.run.id, signal);
+      if (isRetrying) hideError();
+      isRetrying = false;
       if (found === null) return;
       // tracks may have grown: reload the lanes of the selected track now, and others when they are selected
       store.dispatch((state) => changeReview(putTracks(state, found), (now) => ({ laneOf: selectedLanes(now) })));
-      for (const track of Object.keys(store.get().review?.laneOf ?? {})) lane(review.run.id, Number(track), signal);
+      for (const track of Object.keys(store.get().review?.laneOf ?? {})) loadLane(review.run.id, Number(track), signal);
       sync();
     } catch (thrown) {
       fail(thrown, signal);
-      late = mayRepeat(thrown);
+      isRetrying = mayRepeat(thrown);
       // nothing else would load the changes that an event has announced
-      if (late) {
+      if (isRetrying) {
         clearTimeout(timer);
-        timer = setTimeout(() => !signal.aborted && void refresh(), AGAIN);
+        timer = setTimeout(() => !signal.aborted && void refresh(), RETRY_DELAY_MS);
       }
     }
   }
 
   function sync() {
     const { route, review } = store.get();
-    const name = route.screen === 'review' ? `${route.video}/${route.run ?? '-'}` : '';
-    if (route.screen === 'review' && name !== opened) {
-      const sameVideo = opened.startsWith(`${route.video}/`) && review?.run && route.run === review.run.id;
-      opened = name;
+    const routeName = route.screen === 'review' ? `${route.video}/${route.run ?? '-'}` : '';
+    if (route.screen === 'review' && routeName !== openedRoute) {
+      const sameVideo = openedRoute.startsWith(`${route.video}/`) && review?.run && route.run === review.run.id;
+      openedRoute = routeName;
       if (!sameVideo) void open(route);
       return;
     }
     if (route.screen !== 'review') {
-      if (opened) {
-        opened = '';
-        current?.abort();
-        hooks.closed();
+      if (openedRoute) {
+        openedRoute = '';
+        opening?.abort();
+        hooks.onClosed();
         store.dispatch((state) => withoutErrors(closeReview(state)));
       }
       return;
     }
-    if (unready !== null && review?.video.id === unready && review.video.state === 'ready') {
-      unready = null; // it was still being imported when it was opened
+    if (importingVideo !== null && review?.video.id === importingVideo && review.video.state === 'ready') {
+      importingVideo = null; // it was still being imported when it was opened
       void open(route);
       return;
     }
-    if (!review?.timebase || !current) return;
-    const signal = AbortSignal.any([current.signal, app.signal]);
-    around(review, signal, current);
+    if (!review?.timebase || !opening) return;
+    const signal = AbortSignal.any([opening.signal, app.signal]);
+    loadAround(review, signal, opening);
     if (review.run && review.selected) {
       for (const track of tracksBehind(review.selected, review.docs[review.selected]))
-        if (!review.laneOf[track]) lane(review.run.id, track, signal);
+        if (!review.laneOf[track]) loadLane(review.run.id, track, signal);
     }
   }
 
   return {
     sync,
     refresh,
-    follow(run) {
+    onProgress(run) {
       const review = store.get().review;
       if (review === null || review.video.id !== run.video_id) return;
       if (review.timebase === null) return; // it is still being opened, and that loads the changes too
       if (review.run === null) {
-        opened = ''; // show the first run of this video
+        openedRoute = ''; // show the first run of this video
         sync();
         return;
       }
       if (review.run.id !== run.id) return;
       clearTimeout(timer);
       const now = performance.now(); // if the clock were set back, the reloads would wait for it
-      if (run.state !== 'running' || now - followed > FOLLOW) {
-        followed = now;
+      if (run.state !== 'running' || now - lastReload > MIN_RELOAD_INTERVAL_MS) {
+        lastReload = now;
         void refresh();
-        if (current) offerEarlier(app, run, current.signal).catch(() => {}); // a failure is ignored: the next opening looks again
+        if (opening) offerEarlierCorrections(app, run, opening.signal).catch(() => {}); // a failure is ignored: the next opening asks again
       } else {
-        timer = setTimeout(() => void refresh(), FOLLOW);
+        timer = setTimeout(() => void refresh(), MIN_RELOAD_INTERVAL_MS);
       }
     },
     showSecond(id, corrected = false) {
-      requests.forget('secondOverlays/');
+      requests.forgetPrefix('secondOverlays/');
       store.dispatch(changeReview, (review) => ({
         second: id,
         secondOverlays: {},
@@ -279,8 +279,8 @@ export function createLoader(app, hooks) {
         layers: { ...review.layers, second: true },
       }));
       sync();
-      if (!current || id === null) return;
-      const signal = AbortSignal.any([current.signal, app.signal]);
+      if (!opening || id === null) return;
+      const signal = AbortSignal.any([opening.signal, app.signal]);
       // the author matters only for undo, which is not used here
       Promise.all([api.tracks(id, { signal }), corrected ? api.annotation(id, 'someone', { signal }) : null])
         .then(([secondTracks, annotation]) => {
@@ -290,17 +290,17 @@ export function createLoader(app, hooks) {
         .catch((thrown) => fail(thrown, signal));
     },
     showTruth(id) {
-      wantedTruth = id;
-      requests.forget('truth/');
+      requestedTruthId = id;
+      requests.forgetPrefix('truth/');
       store.dispatch(changeReview, (review) => ({ truth: {}, layers: { ...review.layers, truth: id !== null || review.layers.truth } }));
       const { review } = store.get();
-      if (!review || !current) return;
-      const signal = AbortSignal.any([current.signal, app.signal]);
-      groundTruths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
+      if (!review || !opening) return;
+      const signal = AbortSignal.any([opening.signal, app.signal]);
+      loadGroundTruths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
     },
     destroy() {
       clearTimeout(timer);
-      current?.abort();
+      opening?.abort();
     },
   };
 }

@@ -15,18 +15,18 @@
 export function nearestBox(review, key, frame = review.frame) {
   const doc = review.docs[key];
   const id = key.startsWith('m') ? Number(key.slice(1)) : null;
-  const lanes = doc ? doc.segments : id === null ? [] : [{ track: id, first: 0, last: Infinity }];
+  const segments = doc ? doc.segments : id === null ? [] : [{ track: id, first: 0, last: Infinity }];
   /** @type {{frame: number, box: Box}|null} */
   let best = null;
   /** @param {number} at @param {Box|null} box */
-  const offer = (at, box) => {
+  const consider = (at, box) => {
     if (box !== null && (best === null || Math.abs(at - frame) < Math.abs(best.frame - frame))) best = { frame: at, box };
   };
-  for (const [at, { box }] of Object.entries(doc?.keys ?? {})) offer(Number(at), box);
-  for (const { track, first, last } of lanes) {
+  for (const [at, { box }] of Object.entries(doc?.keys ?? {})) consider(Number(at), box);
+  for (const { track, first, last } of segments) {
     const lane = review.laneOf[track];
     lane?.frame.forEach((at, i) => {
-      if (first <= at && at <= last) offer(at, lane.box[i]);
+      if (first <= at && at <= last) consider(at, lane.box[i]);
     });
   }
   return best;

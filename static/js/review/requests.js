@@ -1,102 +1,102 @@
 // @ts-check
-/** The requests of a review: none is made twice, and a failed one waits before it is repeated. */
+/** Makes each request of a review once, and repeats failed ones after a delay. */
 
 import { ApiError } from '../api/errors.js';
-import { createRests } from './rests.js';
+import { createRetryDelays } from './retry_delays.js';
 
 /** @typedef {ReturnType<typeof createRequests>} Requests */
 
 /**
- * @param {() => void} again                                        called when a wait is over
- * @param {(thrown: unknown, signal: AbortSignal) => void} fail     reports a failed request
- * @param {() => void} recovered                                    called when all failed requests have been answered or are no longer needed
+ * @param {() => void} onRetry                                      called when the delay of a failed request is over
+ * @param {(thrown: unknown, signal: AbortSignal) => void} onError  reports a failed request
+ * @param {() => void} onRecovered                                  called when all failed requests have been answered or are no longer needed
  */
-export function createRequests(again, fail, recovered) {
+export function createRequests(onRetry, onError, onRecovered) {
   /** Requests that were made. For overlays, the first frame that arrived: if it was evicted from the store, it is requested again. @type {Map<string, number|null>} */
-  const asked = new Map();
-  const resting = createRests();
+  const requested = new Map();
+  const delays = createRetryDelays();
   /** Failed requests that are repeated. @type {Set<string>} */
   const failing = new Set();
-  /** Whether a failure was reported since everything was well, and whether the latest answer was no failure. */
-  let reported = false;
-  let answered = true;
+  /** Whether a failure is reported, and whether the latest request succeeded. */
+  let isErrorShown = false;
+  let lastSucceeded = true;
 
-  function settle() {
-    if (!reported || !answered || failing.size > 0) return;
-    reported = false;
-    recovered();
+  function reportRecovery() {
+    if (!isErrorShown || !lastSucceeded || failing.size > 0) return;
+    isErrorShown = false;
+    onRecovered();
   }
 
   return {
     clear() {
-      asked.clear();
+      requested.clear();
       failing.clear();
-      [reported, answered] = [false, true];
-      resting.clear();
+      [isErrorShown, lastSucceeded] = [false, true];
+      delays.clear();
     },
 
-    /** Forget requests whose name begins with a text, or all others, so that they are made again. @param {string} beginning @param {boolean} [others] */
-    forget(beginning, others = false) {
-      for (const name of [...asked.keys()]) if (name.startsWith(beginning) !== others) asked.delete(name);
+    /** Forget requests whose name begins with a text, or all others, so that they are made again. @param {string} prefix @param {boolean} [allOthers] */
+    forgetPrefix(prefix, allOthers = false) {
+      for (const name of [...requested.keys()]) if (name.startsWith(prefix) !== allOthers) requested.delete(name);
     },
 
     /** Allow failed requests to be repeated at once. */
-    wake: () => resting.clear(),
+    retryNow: () => delays.clear(),
 
-    /** Whether a request is on its way, was answered, or failed a moment ago. @param {string} name */
-    isAskedFor: (name) => asked.has(name) || resting.has(name),
+    /** Whether a request is pending, was answered, or waits for its retry. @param {string} name */
+    isRequested: (name) => requested.has(name) || delays.isWaiting(name),
 
     /**
      * The same, for answers that may have been evicted.
      * @param {string} name
-     * @param {(first: number) => boolean} isThere
+     * @param {(first: number) => boolean} isStored
      */
-    holds(name, isThere) {
-      const came = asked.get(name);
-      return came === null || resting.has(name) || (came !== undefined && isThere(came));
+    isRequestedOrStored(name, isStored) {
+      const firstFrame = requested.get(name);
+      return firstFrame === null || delays.isWaiting(name) || (firstFrame !== undefined && isStored(firstFrame));
     },
 
-    /** Note an answer. @param {string} name @param {number} first   frame */
-    came: (name, first) => void asked.set(name, first),
+    /** Record the first frame of an answer. @param {string} name @param {number} first */
+    setFirstFrame: (name, first) => void requested.set(name, first),
 
     /** Forget a request whose answer may be evicted, so that it can be made again. @param {string} name */
-    passed: (name) => void asked.delete(name),
+    forget: (name) => void requested.delete(name),
 
     /**
      * @template T
      * @param {string} name
      * @param {AbortSignal} signal
-     * @param {() => Promise<T>} ask
-     * @param {(found: T) => void} take
-     * @param {() => void} [gone]   called when the server no longer has it
+     * @param {() => Promise<T>} request
+     * @param {(found: T) => void} onAnswer
+     * @param {() => void} [onMissing]   called when the server answers 404
      */
-    async fetched(name, signal, ask, take, gone) {
-      asked.set(name, null);
+    async load(name, signal, request, onAnswer, onMissing) {
+      requested.set(name, null);
       try {
-        const found = await ask();
-        resting.done(name);
+        const answer = await request();
+        delays.succeeded(name);
         failing.delete(name);
-        answered = true;
-        settle();
-        take(found);
+        lastSucceeded = true;
+        reportRecovery();
+        onAnswer(answer);
       } catch (thrown) {
-        asked.delete(name);
+        requested.delete(name);
         if (signal.aborted) return;
         if (thrown instanceof ApiError && thrown.status === 404) {
-          resting.absent(name);
-          if (gone) return gone();
+          delays.missing(name);
+          if (onMissing) return onMissing();
         } else {
           failing.add(name);
-          [reported, answered] = [true, false];
-          resting.failed(name, () => {
+          [isErrorShown, lastSucceeded] = [true, false];
+          delays.failed(name, () => {
             if (signal.aborted) return;
-            again();
-            if (asked.has(name)) return;
-            failing.delete(name); // the person has gone elsewhere meanwhile
-            settle();
+            onRetry();
+            if (requested.has(name)) return;
+            failing.delete(name); // the page no longer needs it
+            reportRecovery();
           });
         }
-        fail(thrown, signal);
+        onError(thrown, signal);
       }
     },
   };

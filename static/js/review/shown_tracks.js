@@ -44,7 +44,7 @@ export function shownTracks(review, frame = review.frame) {
       origin: 'engine',
       occluded: false,
       class_id: classes.get(track.id) ?? track.class_id,
-      word: wordOf(review, track.id) ?? track.word ?? null,
+      word: engineWord(review, track.id) ?? track.word ?? null,
       not_a_sign: false,
       edited: false,
       engine: track,
@@ -54,11 +54,11 @@ export function shownTracks(review, frame = review.frame) {
     const at = boxAt(doc, frame, engineBox, (id) => classes.get(id) ?? null);
     if (at === null) continue;
     const segment = doc.segments.find(({ first, last }) => first <= frame && frame <= last);
-    const behind = at.class_id === NO_CLASS && doc.class_id === null && doc.keys[frame]?.class_id == null ? beganAs(doc) : null;
+    const originalTrack = at.class_id === NO_CLASS && doc.class_id === null && doc.keys[frame]?.class_id == null ? beganAs(doc) : null;
     shown.push({
       key: doc.key,
       ...at,
-      word: behind === null ? null : wordOf(review, behind),
+      word: originalTrack === null ? null : engineWord(review, originalTrack),
       not_a_sign: doc.not_a_sign,
       edited: isEdited(at, doc, segment ? (classes.get(segment.track) ?? null) : null),
       engine: (segment && engine.get(segment.track)) ?? null,
@@ -79,9 +79,9 @@ function withProposal(review, frame, shown, classes) {
   const { following } = review;
   const proposal = following ? proposalAt(following, frame) : null;
   if (!following || !proposal || proposal.source === 'anchor') return shown;
-  const own = shown.find(({ key }) => key === following.key);
+  const replaced = shown.find(({ key }) => key === following.key);
   const doc = review.docs[following.key];
-  const class_id = own?.class_id ?? doc?.class_id ?? classes.get(Number(following.key.slice(1))) ?? null;
+  const class_id = replaced?.class_id ?? doc?.class_id ?? classes.get(Number(following.key.slice(1))) ?? null;
   /** @type {ShownTrack} */
   const proposed = {
     key: following.key,
@@ -89,12 +89,12 @@ function withProposal(review, frame, shown, classes) {
     origin: 'proposed',
     occluded: false,
     class_id,
-    word: own?.word ?? null,
+    word: replaced?.word ?? null,
     not_a_sign: doc?.not_a_sign ?? false,
     edited: true,
-    engine: own?.engine ?? null,
+    engine: replaced?.engine ?? null,
   };
-  return [...shown.filter((one) => one !== own), proposed];
+  return [...shown.filter((one) => one !== replaced), proposed];
 }
 
 /**
@@ -103,19 +103,19 @@ function withProposal(review, frame, shown, classes) {
  *
  * @param {import('../model/effective.js').EffectiveBox} at
  * @param {import('../types.js').TrackDoc} doc
- * @param {number|null} engines   the engine's class of the box's track
+ * @param {number|null} engineClassId   the engine's class of the box's track
  */
-const isEdited = (at, doc, engines) => at.origin !== 'engine' || at.occluded || doc.not_a_sign || at.class_id !== engines;
+const isEdited = (at, doc, engineClassId) => at.origin !== 'engine' || at.occluded || doc.not_a_sign || at.class_id !== engineClassId;
 
 /**
- * The boxes of the second run in the cursor's frame.
+ * The signs of the second run in the cursor's frame.
  *
  * @param {ReviewState} review
  */
-export function secondShown(review) {
+export function secondRunSigns(review) {
   if (review.second === null) return [];
-  const other = { ...review, overlays: review.secondOverlays, tracks: review.secondTracks, docs: review.secondDocs };
-  return shownSigns(other);
+  const secondReview = { ...review, overlays: review.secondOverlays, tracks: review.secondTracks, docs: review.secondDocs };
+  return shownSigns(secondReview);
 }
 
 /**
@@ -147,28 +147,28 @@ export const shownTrack = (review, key, frame = review.frame) => shownTracks(rev
  * Whether the engine's boxes of the cursor's frame are still loading: a track without a box may have one there.
  * @param {Pick<ReviewState, 'frame'|'overlays'|'run'>} review
  */
-export const isAwaited = ({ frame, overlays, run }) =>
+export const areBoxesLoading = ({ frame, overlays, run }) =>
   run !== null && run.first <= frame && frame < run.first + run.frames_done && overlays[frame] === undefined;
 
 /** The fused class of an engine track; null: none. @param {ReviewState} review @param {number} track @returns {number|null} */
 export const engineClass = (review, track) => classesOf(review).get(track) ?? null;
 
 /** The engine's name for a track's class, if the set has no label for it. @param {ReviewState} review @param {number} track @returns {string|null} */
-function wordOf({ tracks }, track) {
+function engineWord({ tracks }, track) {
   return tracks?.word?.[tracks.id.indexOf(track)] ?? null;
 }
 
 /** @type {WeakMap<object, Map<number, number|null>>} */
-const known = new WeakMap();
+const classCache = new WeakMap();
 
 /** Fused class of each engine track. @param {ReviewState} review @returns {Map<number, number|null>} */
 function classesOf(review) {
   if (review.tracks === null) return new Map();
-  let classes = known.get(review.tracks);
+  let classes = classCache.get(review.tracks);
   if (!classes) {
     const { id, class_id } = review.tracks;
     classes = new Map(id.map((track, at) => [track, class_id[at]]));
-    known.set(review.tracks, classes);
+    classCache.set(review.tracks, classes);
   }
   return classes;
 }

@@ -1,5 +1,5 @@
 // @ts-check
-/** Taking signs of a ground truth over into the corrections of a run, and undoing that. */
+/** Takes signs of a ground truth over into the corrections of a run, and undoes that. */
 
 import { sentence } from '../api/errors.js';
 import { plural } from '../model/format.js';
@@ -7,10 +7,10 @@ import { signature } from '../core/preferences.js';
 import { toast } from '../core/toast.js';
 
 /**
- * The outcome in words.
+ * The outcome as a message.
  * @param {import('../api/compare-types.js').TakenOver} found
  */
-function takenWords({ changed, made, same, skipped }) {
+function takeOverMessage({ changed, made, same, skipped }) {
   const parts = [
     made && plural(made, 'new track'),
     changed && `${plural(changed, 'track')} corrected`,
@@ -24,27 +24,27 @@ function takenWords({ changed, made, same, skipped }) {
  *
  * @param {import('../page-types.js').App} app
  * @param {string} run                  the run to correct
- * @param {{truth: string, signs?: number[], label?: number}} wanted
- * @param {() => void} [changed]        called after each change of the corrections, including the undo
+ * @param {{truth: string, signs?: number[], label?: number}} request
+ * @param {() => void} [onChange]        called after each change of the corrections, including the undo
  */
-export async function takeOver(app, run, wanted, changed = () => {}) {
+export async function takeOver(app, run, request, onChange = () => {}) {
   const name = signature(app.store.get().session);
   const author = name || app.store.get().session?.author || 'someone';
   try {
-    const found = await app.api.takeOver(run, { ...wanted, author: name }, { signal: app.signal });
+    const found = await app.api.takeOver(run, { ...request, author: name }, { signal: app.signal });
     const { op_id } = found;
-    const undo = op_id === null ? undefined : { label: 'Undo', run: () => void back(op_id) };
-    changed();
-    toast(takenWords(found), { tone: 'good', topic: 'take-over', stays: true, action: undo });
+    const undo = op_id === null ? undefined : { label: 'Undo', run: () => void undoTakeOver(op_id) };
+    onChange();
+    toast(takeOverMessage(found), { tone: 'good', topic: 'take-over', stays: true, action: undo });
   } catch (thrown) {
     if (!app.signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'take-over' });
   }
 
   /** @param {string} op_id */
-  async function back(op_id) {
+  async function undoTakeOver(op_id) {
     try {
       await app.api.edit(run, { op_id: crypto.randomUUID(), author, command: { name: 'undo', op_id } }, {}, { signal: app.signal });
-      changed();
+      onChange();
       toast('The ground truth is no longer taken over.', { topic: 'take-over' });
     } catch (thrown) {
       if (!app.signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'take-over' });

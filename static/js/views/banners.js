@@ -4,7 +4,7 @@
 import { hideBanner } from '../store/actions/page.js';
 import { h, reconcile, setText } from './dom.js';
 import { icon } from './icons.js';
-import { putAway } from '../core/preferences.js';
+import { dismiss } from '../core/preferences.js';
 
 /** @typedef {import('../state-types.js').Banner} Banner */
 
@@ -31,7 +31,7 @@ export function createBanners(app) {
         {
           'aria-label': 'Hide this warning',
           onclick: () => {
-            if (banner.once) putAway(banner.once);
+            if (banner.once) dismiss(banner.once);
             app.store.dispatch(hideBanner, banner.id);
           },
         },

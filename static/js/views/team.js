@@ -2,7 +2,7 @@
 /** The screen of the team: progress of the library and statistics of work, or the activity of one person. */
 
 import { sentence } from '../api/errors.js';
-import { describe } from '../editing/words.js';
+import { commandName } from '../editing/command_names.js';
 import { formatRoute } from '../model/route.js';
 import { anHour, may } from '../model/team.js';
 import { trackName } from '../model/track_name.js';
@@ -195,7 +195,7 @@ function activityRow(done) {
   return h(
     'li',
     h('span.muted.small.activity-time', moment(done.time)),
-    h('span', describe(done.name)),
+    h('span', commandName(done.name)),
     h(
       'a.truncate',
       { dir: 'auto', href: formatRoute({ screen: 'review', video: done.video_id, run: done.run_id, frame: done.frame, track }) },

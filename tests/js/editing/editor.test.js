@@ -5,10 +5,10 @@ import { test } from 'node:test';
 import { ApiError } from '../../../static/js/api/errors.js';
 import { correctedKeys } from '../../../static/js/review/shown_tracks.js';
 import { select } from '../../../static/js/store/actions/review.js';
-import { RUN, createServer, createWorld, setBox } from './world.js';
+import { RUN, createServer, createEditorFixture, setBox } from './editor_fixture.js';
 
 test('an edit shows at once and counts as unsaved until the server has answered', async () => {
-  const { editor, review, server, outbox } = await createWorld();
+  const { editor, review, server, outbox } = await createEditorFixture();
   assert.equal(editor.edit(setBox('m1', 5, 20)), true);
   assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
   assert.equal(review().unsaved.length, 1);
@@ -20,7 +20,7 @@ test('an edit shows at once and counts as unsaved until the server has answered'
 });
 
 test('tracks with corrections are told apart from those without', async () => {
-  const { editor, review } = await createWorld();
+  const { editor, review } = await createEditorFixture();
   assert.deepEqual(correctedKeys(review()), []);
   assert.ok(editor.edit({ name: 'add_note', key: 'm1', note_id: 'n'.repeat(32), frame: 5, text: 'Odd.' }));
   assert.ok(editor.edit({ name: 'set_review', key: 'm1', frame: 0, review: 'needs_work' }));
@@ -33,14 +33,14 @@ test('tracks with corrections are told apart from those without', async () => {
 });
 
 test('a split is a correction of the half that stays, too', async () => {
-  const { editor, review } = await createWorld();
+  const { editor, review } = await createEditorFixture();
   editor.edit({ name: 'split', key: 'm2', frame: 100, new_key: `h${'0'.repeat(31)}1` });
   assert.equal(correctedKeys(review()).length, 2);
   await editor.settled();
 });
 
 test('many edits of one track in a row are all stored, each on what the one before left', async () => {
-  const { editor, server, review } = await createWorld();
+  const { editor, server, review } = await createEditorFixture();
   for (let k = 0; k < 12; k++) editor.edit(setBox('m1', k, k));
   await editor.settled();
   assert.equal(server.docs.m1.revision, 12);
@@ -48,14 +48,14 @@ test('many edits of one track in a row are all stored, each on what the one befo
 });
 
 test('an impossible edit is refused with its reason and nothing is sent', async () => {
-  const { editor, server, toasts, review } = await createWorld();
+  const { editor, server, toasts, review } = await createEditorFixture();
   assert.equal(editor.edit({ name: 'remove_key', key: 'm1', frame: 3 }), false);
   assert.match(toasts[0], /no key frame/);
   assert.deepEqual([server.log, review().unsaved], [[], []]);
 });
 
 test('an edit for another run than the open one is refused with a message, also for equal track keys', async () => {
-  const { editor, server, toasts, review } = await createWorld();
+  const { editor, server, toasts, review } = await createEditorFixture();
   assert.equal(editor.edit(setBox('m1', 3, 20), 's'.repeat(32)), false);
   assert.equal(toasts[0], 'Box corrected was not possible: it was meant for the run that was open before.');
   assert.deepEqual([server.log, review().unsaved], [[], []]);
@@ -66,7 +66,7 @@ test('an edit for another run than the open one is refused with a message, also 
 
 for (const status of [0, 401, 403, 500, 503, 507]) {
   test(`after ${status || 'silence'} the edit is kept and sent again under the same name`, async () => {
-    const { editor, server, review, outbox } = await createWorld();
+    const { editor, server, review, outbox } = await createEditorFixture();
     /** @type {string[]} */
     const names = [];
     server.before = (op_id) => {
@@ -103,7 +103,7 @@ for (const { what, status, code, reason } of [
   },
 ])
   test(`while ${what}, edits stay in sight and in the outbox, with the reason`, async () => {
-    const { editor, server, store, review, outbox, toasts } = await createWorld();
+    const { editor, server, store, review, outbox, toasts } = await createEditorFixture();
     let tries = 0;
     server.before = () => {
       if (++tries < 3) throw new ApiError(status, code, reason);
@@ -120,7 +120,7 @@ for (const { what, status, code, reason } of [
   });
 
 test('banners about a changed file end with its run, and so do the edits that wait for it', async () => {
-  const { editor, server, store, outbox, end } = await createWorld();
+  const { editor, server, store, outbox, end } = await createEditorFixture();
   const refusal = new Promise((resolve) => {
     server.before = () => {
       resolve(undefined);
@@ -138,7 +138,7 @@ test('banners about a changed file end with its run, and so do the edits that wa
 });
 
 test('an answer that is lost does not store the edit twice', async () => {
-  const { editor, server } = await createWorld();
+  const { editor, server } = await createEditorFixture();
   let lost = 0;
   server.after = () => {
     if (lost++ === 0) throw new ApiError(0, 'offline', 'Gone.');
@@ -149,7 +149,7 @@ test('an answer that is lost does not store the edit twice', async () => {
 });
 
 test('an edit made before another person saved is never applied on top without a question, even if the page knows of the save', async () => {
-  const { editor, server, review, store, outbox } = await createWorld();
+  const { editor, server, review, store, outbox } = await createEditorFixture();
   let down = true;
   server.before = () => {
     if (down) throw new ApiError(0, 'offline', 'Gone.');
@@ -157,7 +157,7 @@ test('an edit made before another person saved is never applied on top without a
   editor.edit(setBox('m1', 5, 20));
   editor.edit(setBox('m1', 6, 30));
   editor.edit(setBox('m2', 60, 5));
-  editor.receive(server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' }), 'theirs');
+  editor.receive(server.editAsOther({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' }), 'theirs');
   down = false;
   await editor.settled();
   const { dialog } = store.get();
@@ -176,8 +176,8 @@ test('an edit made before another person saved is never applied on top without a
 });
 
 test('the saved version can be taken instead', async () => {
-  const { editor, server, review, store, outbox } = await createWorld();
-  server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
+  const { editor, server, review, store, outbox } = await createEditorFixture();
+  server.editAsOther({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
   editor.edit(setBox('m1', 5, 20));
   await editor.settled();
   const { dialog } = store.get();
@@ -188,14 +188,14 @@ test('the saved version can be taken instead', async () => {
 });
 
 test('what is about a whole track is undone with its name, not with a frame', async () => {
-  const { editor, toasts } = await createWorld();
+  const { editor, toasts } = await createEditorFixture();
   editor.edit({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' });
   await editor.undo();
   assert.deepEqual(toasts, ['Undone: verdict, track #2']);
 });
 
 test('undo goes to its frame, selects its track and says what it was; fast keys undo one after the other', async () => {
-  const { editor, server, review, toasts } = await createWorld();
+  const { editor, server, review, toasts } = await createEditorFixture();
   editor.edit(setBox('m1', 5, 20));
   editor.edit(setBox('m2', 60, 20));
   await Promise.all([editor.undo(), editor.undo(), editor.undo()]);
@@ -206,7 +206,7 @@ test('undo goes to its frame, selects its track and says what it was; fast keys 
 });
 
 test('between two reviews a correction and an undo say that nothing was changed', async () => {
-  const { editor, server, toasts } = await createWorld();
+  const { editor, server, toasts } = await createEditorFixture();
   editor.close();
   assert.equal(editor.edit({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' }), false);
   await editor.undo();
@@ -218,7 +218,7 @@ test('between two reviews a correction and an undo say that nothing was changed'
 });
 
 test("going to another run while a request is under way sends the new run's edits", async () => {
-  const { editor, server } = await createWorld(createServer());
+  const { editor, server } = await createEditorFixture(createServer());
   editor.edit(setBox('m1', 5, 20));
   editor.close();
   await editor.open('s'.repeat(32));
@@ -228,19 +228,19 @@ test("going to another run while a request is under way sends the new run's edit
 });
 
 test('a selected track that somebody else takes away is no longer selected', async () => {
-  const { editor, server, review, store, toasts } = await createWorld();
+  const { editor, server, review, store, toasts } = await createEditorFixture();
   store.dispatch(select, 'm1');
-  editor.receive(server.other({ name: 'delete_track', key: 'm2', frame: 60 }), 'x1');
+  editor.receive(server.editAsOther({ name: 'delete_track', key: 'm2', frame: 60 }), 'x1');
   assert.equal(review().selected, 'm1');
-  editor.receive(server.other({ name: 'delete_track', key: 'm1', frame: 5 }), 'x2');
+  editor.receive(server.editAsOther({ name: 'delete_track', key: 'm1', frame: 5 }), 'x2');
   assert.equal(review().selected, null);
   assert.deepEqual(toasts, ['Track #1 was deleted in another page.']);
 });
 
 test('one that somebody else merged is selected where it is now', async () => {
-  const { editor, server, review, store, toasts } = await createWorld();
+  const { editor, server, review, store, toasts } = await createEditorFixture();
   store.dispatch(select, 'm2');
-  editor.receive(server.other({ name: 'merge', key: 'm1', others: ['m2'], frame: 60 }), 'x1');
+  editor.receive(server.editAsOther({ name: 'merge', key: 'm1', others: ['m2'], frame: 60 }), 'x1');
   assert.equal(review().selected, 'm1');
   assert.match(toasts[0], /#2 was merged into #1/);
 });

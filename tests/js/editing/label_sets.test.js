@@ -38,7 +38,13 @@ function createWorld() {
     },
   });
   /** @type {number[]} */ const turned = [];
-  const sets = createLabelSets({ store, api, author: () => 'Ben', say: (text) => void said.push(text), turned: () => void turned.push(1) });
+  const sets = createLabelSets({
+    store,
+    api,
+    author: () => 'Ben',
+    notify: (text) => void said.push(text),
+    onChanged: () => void turned.push(1),
+  });
   const receive = (version = server.version, subject = 'gtsrb-43') => sets.receive({ seq: 1, kind: 'labels', subject, data: { version } });
   return { store, server, sets, said, turned, receive };
 }

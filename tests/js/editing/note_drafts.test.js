@@ -17,10 +17,10 @@ function memory() {
 test('each track of each run has a note of its own, and a reload finds it', () => {
   const { storage } = memory();
   const drafts = createNoteDrafts(() => storage);
-  drafts.keep('r', 'm1', 'first ');
-  drafts.keep('r', 'm2', 'second');
-  assert.deepEqual([drafts.of('r', 'm1'), drafts.of('r', 'm2'), drafts.of('s', 'm1')], ['first ', 'second', '']);
-  assert.equal(createNoteDrafts(() => storage).of('r', 'm1'), 'first ');
+  drafts.set('r', 'm1', 'first ');
+  drafts.set('r', 'm2', 'second');
+  assert.deepEqual([drafts.get('r', 'm1'), drafts.get('r', 'm2'), drafts.get('s', 'm1')], ['first ', 'second', '']);
+  assert.equal(createNoteDrafts(() => storage).get('r', 'm1'), 'first ');
 });
 
 test('listeners of note drafts are called for every change, until their signal is aborted', () => {
@@ -28,26 +28,26 @@ test('listeners of note drafts are called for every change, until their signal i
   const drafts = createNoteDrafts(() => storage);
   const life = new AbortController();
   let received = 0;
-  drafts.onKept(() => void (received += 1), life.signal);
-  drafts.keep('r', 'm1', 'x');
+  drafts.onChange(() => void (received += 1), life.signal);
+  drafts.set('r', 'm1', 'x');
   life.abort();
-  drafts.keep('r', 'm1', 'y');
+  drafts.set('r', 'm1', 'y');
   assert.equal(received, 1);
 });
 
 test('a note without words leaves nothing behind', () => {
   const { held, storage } = memory();
   const drafts = createNoteDrafts(() => storage);
-  drafts.keep('r', 'm1', 'x');
-  drafts.keep('r', 'm1', ' \n');
-  assert.deepEqual([drafts.of('r', 'm1'), held.size], ['', 0]);
+  drafts.set('r', 'm1', 'x');
+  drafts.set('r', 'm1', ' \n');
+  assert.deepEqual([drafts.get('r', 'm1'), held.size], ['', 0]);
 });
 
 test('without storage it is kept as long as the page', () => {
   const drafts = createNoteDrafts(() => {
     throw new Error('refused');
   });
-  assert.equal(drafts.of('r', 'm1'), '');
-  drafts.keep('r', 'm1', 'x');
-  assert.equal(drafts.of('r', 'm1'), 'x');
+  assert.equal(drafts.get('r', 'm1'), '');
+  drafts.set('r', 'm1', 'x');
+  assert.equal(drafts.get('r', 'm1'), 'x');
 });

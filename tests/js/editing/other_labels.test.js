@@ -7,12 +7,12 @@ import { createMemoryOutbox } from '../../../static/js/editing/outbox.js';
 import { withLabelKey } from '../../../static/js/model/labels.js';
 import { setLabels } from '../../../static/js/store/actions/page.js';
 import { label } from '../labels.js';
-import { RUN, createServer, createWorld } from './world.js';
+import { RUN, createServer, createEditorFixture } from './editor_fixture.js';
 
 const LABELS = [label({ id: 43, key: 'bus-stop', name: 'bus stop' }), label({ id: 44, key: 'halt', name: 'halt', merged_into: 43 })];
 
 /** A server whose set has lost the label `gone`. @param {any[]} sent */
-function withoutGone(sent) {
+function serverWithoutLabel(sent) {
   const server = createServer();
   const { edit } = server;
   server.edit = async (run, one, revisions) => {
@@ -23,7 +23,7 @@ function withoutGone(sent) {
   return server;
 }
 
-const drawn = (/** @type {string} */ key) =>
+const createTrack = (/** @type {string} */ key) =>
   /** @type {any} */ ({ name: 'create_track', key, frame: 3, box: [0, 0, 9, 9], class_id: 43, label_key: 'gone' });
 
 test('a command says which label it means, by key', () => {
@@ -36,43 +36,43 @@ test('a command says which label it means, by key', () => {
 
 test('what is sent names the label, also after a reload', async () => {
   /** @type {any[]} */ const sent = [];
-  const world = await createWorld(withoutGone(sent));
-  world.store.dispatch(setLabels, LABELS);
-  world.editor.edit({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43 });
-  world.store.dispatch(setLabels, [label({ id: 43, key: 'boar', name: 'boar' })]);
-  await world.editor.settled();
+  const fixture = await createEditorFixture(serverWithoutLabel(sent));
+  fixture.store.dispatch(setLabels, LABELS);
+  fixture.editor.edit({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43 });
+  fixture.store.dispatch(setLabels, [label({ id: 43, key: 'boar', name: 'boar' })]);
+  await fixture.editor.settled();
   assert.deepEqual(
     sent.map(({ label_key }) => label_key),
     ['bus-stop'],
   );
-  world.end();
+  fixture.end();
 });
 
 test('a track that was drawn stays, without the label that is gone', async () => {
   /** @type {any[]} */ const sent = [];
-  const world = await createWorld(withoutGone(sent));
-  world.editor.edit(drawn('hdrawn01'));
-  world.editor.edit({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43, label_key: 'gone' });
-  await world.editor.settled();
-  assert.equal(world.review().docs.hdrawn01.class_id, null);
-  assert.equal(world.review().docs.m1, undefined, 'the engine says what it is, as before');
-  assert.match(world.toasts[0], /^The new track has no label yet\. The label set has no label gone\./);
-  assert.match(world.toasts[1], /^Track relabelled was not possible\./);
-  assert.equal((await world.outbox.all()).length, 0);
-  world.end();
+  const fixture = await createEditorFixture(serverWithoutLabel(sent));
+  fixture.editor.edit(createTrack('hdrawn01'));
+  fixture.editor.edit({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43, label_key: 'gone' });
+  await fixture.editor.settled();
+  assert.equal(fixture.review().docs.hdrawn01.class_id, null);
+  assert.equal(fixture.review().docs.m1, undefined, 'the engine says what it is, as before');
+  assert.match(fixture.toasts[0], /^The new track has no label yet\. The label set has no label gone\./);
+  assert.match(fixture.toasts[1], /^Track relabelled was not possible\./);
+  assert.equal((await fixture.outbox.all()).length, 0);
+  fixture.end();
 });
 
 test('so does one of a review that was left', async () => {
   /** @type {any[]} */ const sent = [];
   const outbox = createMemoryOutbox();
-  await outbox.put({ op_id: 'op-left-0001', run: RUN, author: 'a', command: drawn('hdrawn02'), seen: {} });
-  const world = await createWorld(withoutGone(sent), outbox, null);
-  await world.background.go();
-  assert.equal(world.server.docs.hdrawn02.class_id, null);
+  await outbox.put({ op_id: 'op-left-0001', run: RUN, author: 'a', command: createTrack('hdrawn02'), seen: {} });
+  const fixture = await createEditorFixture(serverWithoutLabel(sent), outbox, null);
+  await fixture.backgroundSender.flush();
+  assert.equal(fixture.server.docs.hdrawn02.class_id, null);
   assert.deepEqual(
     sent.map(({ class_id }) => class_id),
     [43, null],
   );
-  assert.match(world.toasts[0], /^A new track has no label yet\./);
-  world.end();
+  assert.match(fixture.toasts[0], /^A new track has no label yet\./);
+  fixture.end();
 });

@@ -4,23 +4,23 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { ApiError } from '../../../static/js/api/errors.js';
 import { createMemoryOutbox } from '../../../static/js/editing/outbox.js';
-import { eventually, turns } from '../eventually.js';
-import { RUN, createServer, createWorld, setBox } from './world.js';
+import { waitUntil, runTimers } from '../wait_until.js';
+import { RUN, createServer, createEditorFixture, setBox } from './editor_fixture.js';
 
 function offline() {
   throw new ApiError(0, 'offline', 'Gone.');
 }
 
-/** End a page and open the next one on a server that answers again. @param {Awaited<ReturnType<typeof createWorld>>} first */
+/** End a page and open the next one on a server that answers again. @param {Awaited<ReturnType<typeof createEditorFixture>>} first */
 async function nextVisit(first) {
-  await turns(10);
+  await runTimers(10);
   first.end();
   first.server.before = () => {};
-  return createWorld(first.server, first.outbox);
+  return createEditorFixture(first.server, first.outbox);
 }
 
 test('a page that dies loses nothing: the next one sends what is left', async () => {
-  const first = await createWorld();
+  const first = await createEditorFixture();
   first.server.before = offline;
   first.editor.edit(setBox('m1', 5, 20));
   first.editor.edit(setBox('m1', 6, 30));
@@ -32,7 +32,7 @@ test('a page that dies loses nothing: the next one sends what is left', async ()
 });
 
 test('edits are sent in the order in which they were made, also when the clock was set back in between', async (context) => {
-  const first = await createWorld();
+  const first = await createEditorFixture();
   first.server.before = offline;
   context.mock.timers.enable({ apis: ['Date'], now: Date.UTC(2026, 10, 25) });
   first.editor.edit(setBox('m1', 5, 20));
@@ -47,7 +47,7 @@ test('edits are sent in the order in which they were made, also when the clock w
 });
 
 test('a page that dies between two edits of a track does not quarrel with itself', async () => {
-  const first = await createWorld();
+  const first = await createEditorFixture();
   let calls = 0;
   first.server.before = () => {
     if (++calls > 1) offline();
@@ -61,7 +61,7 @@ test('a page that dies between two edits of a track does not quarrel with itself
 });
 
 test('an edit made before the corrections have come is shown, as unsaved, and sent when they have', async () => {
-  const { editor, server, review, toasts } = await createWorld();
+  const { editor, server, review, toasts } = await createEditorFixture();
   editor.close();
   const opened = editor.open('r'.repeat(32));
   assert.equal(editor.edit(setBox('m1', 5, 20)), true);
@@ -77,7 +77,7 @@ test('an edit made before the corrections have come is shown, as unsaved, and se
 
 test('an edit made before the corrections have come is kept over a reload, and sent once', async () => {
   const outbox = createMemoryOutbox();
-  const { editor, server, review, toasts } = await createWorld(createServer(), outbox, null);
+  const { editor, server, review, toasts } = await createEditorFixture(createServer(), outbox, null);
   const read = server.annotation;
   let kept = /** @type {import('../../../static/js/editing/outbox.js').Pending[]} */ ([]);
   server.annotation = async () => {
@@ -110,7 +110,7 @@ test('an edit made before the corrections have come is kept over a reload, and s
 
 test('what others do while the corrections are read is shown with what an earlier visit left, never without it', async () => {
   const outbox = createMemoryOutbox();
-  const { editor, server, review, store } = await createWorld(createServer(), outbox, null);
+  const { editor, server, review, store } = await createEditorFixture(createServer(), outbox, null);
   // the first of two has been sent out of the outbox; word of it comes while the documents are read, and of other work, too
   const { docs } = await server.edit(RUN, { op_id: 'one', command: setBox('m1', 5, 20) }, { m1: 0 });
   await outbox.put({ op_id: 'two', run: RUN, author: 'a', command: setBox('m1', 6, 30), seen: { m1: 1 } });
@@ -120,7 +120,7 @@ test('what others do while the corrections are read is shown with what an earlie
     const answer = structuredClone(await read());
     if (asked++ === 0) {
       editor.receive(docs, 'one', 'a');
-      editor.receive(server.other({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' }), 'theirs', 'b');
+      editor.receive(server.editAsOther({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' }), 'theirs', 'b');
     }
     return answer;
   };
@@ -140,14 +140,14 @@ test('what others do while the corrections are read is shown with what an earlie
 });
 
 test("others' changes that could not be read after missed events are read when the server answers", async () => {
-  const { editor, server, review, end } = await createWorld();
+  const { editor, server, review, end } = await createEditorFixture();
   const { annotation } = server;
   server.annotation = () => Promise.reject(new ApiError(0, 'offline', 'Gone.'));
-  server.other(setBox('m1', 5, 20));
+  server.editAsOther(setBox('m1', 5, 20));
   await editor.refresh();
   assert.equal(review().docs.m1, undefined);
   await editor.refresh();
   server.annotation = annotation;
-  await eventually(() => review().docs.m1?.keys[5]);
+  await waitUntil(() => review().docs.m1?.keys[5]);
   end();
 });

@@ -4,8 +4,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
-import { held } from '../held.js';
-import { RUN, createServer, createWorld, setBox } from './world.js';
+import { deferred } from '../deferred.js';
+import { RUN, createServer, createEditorFixture, setBox } from './editor_fixture.js';
 
 const relabel = (/** @type {string} */ key) => /** @type {any} */ ({ name: 'relabel_track', key, frame: 5, class_id: 14 });
 const note = (/** @type {string} */ key) =>
@@ -15,7 +15,7 @@ const dead = () => {
 };
 
 test('an undo reverts the edit before it, not one after it, however late the server answers', async () => {
-  const { editor, server, review } = await createWorld();
+  const { editor, server, review } = await createEditorFixture();
   server.before = dead;
   editor.edit(setBox('m1', 5, 20));
   void editor.undo();
@@ -29,7 +29,7 @@ test('an undo reverts the edit before it, not one after it, however late the ser
 });
 
 test('after a crash of the page, edits after an undo are there, and undone ones are not', async () => {
-  const first = await createWorld();
+  const first = await createEditorFixture();
   first.server.before = dead;
   first.editor.edit({ name: 'set_review', key: 'm1', frame: 5, review: 'needs_work' });
   first.editor.edit(setBox('m2', 60, 20));
@@ -39,7 +39,7 @@ test('after a crash of the page, edits after an undo are there, and undone ones 
   await new Promise((resolve) => setTimeout(resolve, 5));
   first.end();
   first.server.before = () => {};
-  const second = await createWorld(first.server, first.outbox);
+  const second = await createEditorFixture(first.server, first.outbox);
   assert.deepEqual(second.review().docs.m2.keys, {});
   await second.editor.settled();
   assert.deepEqual(first.server.log, ['set_review', 'set_box', 'undo', 'add_note']);
@@ -47,7 +47,7 @@ test('after a crash of the page, edits after an undo are there, and undone ones 
 });
 
 test('redo brings back what an undo on its way takes back; a new edit ends that', async () => {
-  const { editor, server, review, toasts } = await createWorld();
+  const { editor, server, review, toasts } = await createEditorFixture();
   server.before = dead;
   editor.edit(setBox('m1', 5, 20));
   editor.edit(setBox('m1', 6, 30));
@@ -65,10 +65,10 @@ test('redo brings back what an undo on its way takes back; a new edit ends that'
 });
 
 test('what this page has stored is taken back on the screen at once, what an earlier visit has, when the server answers', async () => {
-  const first = await createWorld();
+  const first = await createEditorFixture();
   first.editor.edit(setBox('m1', 5, 20));
   await first.editor.settled();
-  const second = await createWorld(first.server, first.outbox);
+  const second = await createEditorFixture(first.server, first.outbox);
   second.editor.edit(setBox('m1', 6, 30));
   await second.editor.settled();
   second.server.before = dead;
@@ -87,11 +87,11 @@ test('what this page has stored is taken back on the screen at once, what an ear
 });
 
 test("an edit that was taken back before it met somebody else's is given up without a question", async () => {
-  const { editor, server, store, outbox, review } = await createWorld();
+  const { editor, server, store, outbox, review } = await createEditorFixture();
   server.before = dead;
   editor.edit(setBox('m1', 5, 20));
   void editor.undo();
-  server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
+  server.editAsOther({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
   server.before = () => {};
   await editor.settled();
   assert.deepEqual([store.get().dialog, server.log, await outbox.load(RUN)], [null, [], []]);
@@ -99,7 +99,7 @@ test("an edit that was taken back before it met somebody else's is given up with
 });
 
 test('an undo before the corrections have come keeps its place among what is done then', async () => {
-  const { editor, server, review } = await createWorld();
+  const { editor, server, review } = await createEditorFixture();
   editor.edit(setBox('m2', 60, 20));
   await editor.settled();
   editor.close();
@@ -116,7 +116,7 @@ test('an undo before the corrections have come keeps its place among what is don
 
 test('undo follows what the same person does in another page', async () => {
   const server = createServer();
-  const [one, other] = [await createWorld(server), await createWorld(server)];
+  const [one, other] = [await createEditorFixture(server), await createEditorFixture(server)];
   one.editor.edit(setBox('m1', 5, 20));
   await one.editor.settled();
   const reported = () => {
@@ -141,7 +141,7 @@ test('undo follows what the same person does in another page', async () => {
 
 test('a page that missed changes of another page says so, and is current afterwards', async () => {
   const server = createServer();
-  const [one, other] = [await createWorld(server), await createWorld(server)];
+  const [one, other] = [await createEditorFixture(server), await createEditorFixture(server)];
   other.editor.edit(setBox('m1', 5, 20));
   await other.editor.settled();
   one.editor.edit(setBox('m2', 60, 20));
@@ -154,7 +154,7 @@ test('a page that missed changes of another page says so, and is current afterwa
 });
 
 test('a box that keys move without a pause is one operation, sent with where it is in the end', async () => {
-  const { editor, server, review, outbox } = await createWorld();
+  const { editor, server, review, outbox } = await createEditorFixture();
   for (let k = 1; k <= 20; k++) editor.edit(setBox('m1', 5, 20 + k), RUN, 'move');
   assert.deepEqual([review().docs.m1.keys[5].box?.[0], review().unsaved.length], [40, 1]);
   assert.deepEqual(
@@ -183,8 +183,8 @@ test('a box that keys move without a pause is one operation, sent with where it 
 });
 
 test('an answer that comes between two presses leaves what is being moved one step', async () => {
-  const { editor, server } = await createWorld();
-  const answer = held();
+  const { editor, server } = await createEditorFixture();
+  const answer = deferred();
   const { edit } = server;
   server.edit = async (...given) => {
     await answer.promise;
@@ -192,7 +192,7 @@ test('an answer that comes between two presses leaves what is being moved one st
   };
   editor.edit({ name: 'set_review', key: 'm1', frame: 5, review: 'accepted' });
   editor.edit(setBox('m1', 5, 20), RUN, 'move');
-  answer.release();
+  answer.resolve();
   await new Promise((resolve) => setTimeout(resolve, 5));
   editor.edit(setBox('m1', 5, 21), RUN, 'move');
   await editor.settled();

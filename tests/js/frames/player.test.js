@@ -8,7 +8,7 @@ import { createTimebase } from '../../../static/js/model/timebase.js';
 import { changeReview, openReview, seek, setPlaying } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
-import { eventually } from '../eventually.js';
+import { waitUntil } from '../wait_until.js';
 
 const turn = () => new Promise((resolve) => setTimeout(resolve, 2));
 
@@ -161,7 +161,7 @@ test('at rest the sharp picture replaces the soft one', async () => {
   await turn();
   await go(1000);
   asked[1].come();
-  const sharp = await eventually(() => asked.find(({ kind, frame }) => kind === 'load' && frame === 1000));
+  const sharp = await waitUntil(() => asked.find(({ kind, frame }) => kind === 'load' && frame === 1000));
   sharp.come();
   await turn();
   assert.deepEqual(painted.at(-1), [1000, false]);

@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { comparable, finderOf } from '../../../static/js/model/label_finder.js';
 import { className, labelFor, offeredLabels, resolved } from '../../../static/js/model/labels.js';
 import { NO_CLASS } from '../../../static/js/model/documents.js';
-import { label, named } from '../labels.js';
+import { label, labelsNamed } from '../labels.js';
 
 /** What the server's matcher answers: tests/labels/test_page_matcher.py. @type {{labels: any[], comparable: [string, string][], find: [string, [number, string]|null][]}} */
 const CASES = JSON.parse(readFileSync(new URL('../../labels/words.json', import.meta.url), 'utf8'));
@@ -67,7 +67,7 @@ test('a search finds by name, alias, key, short name and number', () => {
 });
 
 test('what names a label as a whole comes before what begins so', () => {
-  const labels = named(['stop and give way', 'no stop', 'stop']);
+  const labels = labelsNamed(['stop and give way', 'no stop', 'stop']);
   assert.deepEqual(found(labels, 'stop'), [2, 0, 1]);
 });
 
@@ -81,7 +81,7 @@ test('names of labels are always shown as text', () => {
 });
 
 test('a keystroke in 400 labels takes less than 50 ms', () => {
-  const labels = named(Array.from({ length: 400 }, (_, i) => `sign of the road number ${i} with a long name`)).map((one) => ({
+  const labels = labelsNamed(Array.from({ length: 400 }, (_, i) => `sign of the road number ${i} with a long name`)).map((one) => ({
     ...one,
     aliases: [`alias ${one.id}`, `Zeichen ${one.id}`, `tábla ${one.id}`],
   }));

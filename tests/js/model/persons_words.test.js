@@ -5,9 +5,9 @@ import { test } from 'node:test';
 import { NO_CLASS, emptyDoc } from '../../../static/js/model/documents.js';
 import { className } from '../../../static/js/model/labels.js';
 import { whoseLabel } from '../../../static/js/model/persons_words.js';
-import { named } from '../labels.js';
+import { labelsNamed } from '../labels.js';
 
-const labels = named(['speed limit 20 km/h', 'yield']);
+const labels = labelsNamed(['speed limit 20 km/h', 'yield']);
 /** @param {number} id */
 const nameOf = (id) => className(labels, id);
 const bare = emptyDoc({ track: 7, first: 0, last: 99 });

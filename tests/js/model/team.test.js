@@ -5,7 +5,7 @@ import { anHour, differenceWords, framesOf, may, nextWork, readOnly, toReview, w
 import { formatRoute, parseRoute } from '../../../static/js/model/route.js';
 import { afterEvent } from '../../../static/js/store/catch_up.js';
 import { initialState } from '../../../static/js/store/initial.js';
-import { named } from '../labels.js';
+import { labelsNamed } from '../labels.js';
 
 /** @param {any} fields @returns {import('../../../static/js/types.js').Assignment} */
 const work = (fields) => ({
@@ -100,7 +100,7 @@ test('frames and speed in words', () => {
 });
 
 test('a difference is one line', () => {
-  const labels = named(['stop', 'yield']);
+  const labels = labelsNamed(['stop', 'yield']);
   /** @param {string} what @param {any} before @param {any} after @param {number} [more] */
   const words = (what, before, after, more = 0) => differenceWords({ what, before, after, more }, labels);
   assert.equal(words('label', null, 1), 'Label: the engine’s → yield');

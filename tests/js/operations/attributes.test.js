@@ -6,7 +6,7 @@ import { attributesAt } from '../../../static/js/model/documents.js';
 import { giveAttribute, selectedAttributes, toggleAttribute } from '../../../static/js/operations/attributes.js';
 import { setLabels } from '../../../static/js/store/actions/page.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
-import { createWorld } from '../editing/world.js';
+import { createEditorFixture } from '../editing/editor_fixture.js';
 import { label } from '../labels.js';
 
 const base = { values: [], low: null, high: null, default: null };
@@ -20,7 +20,7 @@ const stop = label({
 });
 
 test('keys tick the checkboxes of the label in their order; those that may change do so from here on', async () => {
-  const { store, editor, server, review, end } = await createWorld();
+  const { store, editor, server, review, end } = await createEditorFixture();
   const app = { store, edit: editor.edit };
   /** @type {string[]} */ const said = [];
   const toggle = (/** @type {number} */ digit) => toggleAttribute(app, digit, (text) => void said.push(text));

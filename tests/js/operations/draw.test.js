@@ -7,7 +7,7 @@ import { interpolate, setKeyFrame, setLackingKey } from '../../../static/js/oper
 import { create, drawn } from '../../../static/js/operations/place_box.js';
 import { closeDialog } from '../../../static/js/store/actions/page.js';
 import { askForClass, changeReview, draftOf, setMode } from '../../../static/js/store/actions/review.js';
-import { createWorld } from '../editing/world.js';
+import { createEditorFixture } from '../editing/editor_fixture.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 
@@ -17,7 +17,7 @@ const BOX = [10, 20, 40, 60];
 const NOTHING = {};
 
 test('a drawn box waits in the dialog; closing the dialog leaves nothing behind', async () => {
-  const { store, editor, server, review, end } = await createWorld();
+  const { store, editor, server, review, end } = await createEditorFixture();
   store.dispatch(setMode, 'draw');
   const before = review();
   drawn({ store, edit: editor.edit, following: NOTHING }, BOX, false);
@@ -33,7 +33,7 @@ test('a drawn box waits in the dialog; closing the dialog leaves nothing behind'
 });
 
 test('with its class it is one edit, so that one undo takes it back', async () => {
-  const { store, editor, server, review, end } = await createWorld();
+  const { store, editor, server, review, end } = await createEditorFixture();
   drawn({ store, edit: editor.edit, following: NOTHING }, BOX, false);
   const draft = draftOf(store.get());
   assert.ok(draft);
@@ -47,7 +47,7 @@ test('with its class it is one edit, so that one undo takes it back', async () =
 });
 
 test('with Shift the box corrects the selected track, and no class is asked for', async () => {
-  const { store, editor, server, review, end } = await createWorld();
+  const { store, editor, server, review, end } = await createEditorFixture();
   store.dispatch(changeReview, { selected: 'm1', mode: 'draw' });
   drawn({ store, edit: editor.edit, following: NOTHING }, BOX, true);
   await editor.settled();
@@ -56,7 +56,7 @@ test('with Shift the box corrects the selected track, and no class is asked for'
 });
 
 test('after a split the later half is selected, which has the box at the cursor; undone, the whole track is', async () => {
-  const { store, editor, review, end } = await createWorld();
+  const { store, editor, review, end } = await createEditorFixture();
   const split = boxes.find(({ id }) => id === 'split');
   store.dispatch(changeReview, { selected: 'm1', frame: 40 });
   split?.run(/** @type {any} */ ({ store, edit: editor.edit }));
@@ -73,7 +73,7 @@ test('after a split the later half is selected, which has the box at the cursor;
 });
 
 test('a split behind the last frame of the engine hands on the class that was shown', async () => {
-  const { store, editor, review, end } = await createWorld();
+  const { store, editor, review, end } = await createEditorFixture();
   const split = boxes.find(({ id }) => id === 'split');
   store.dispatch(changeReview, { selected: 'm1', frame: 120 });
   editor.edit({ name: 'set_box', key: 'm1', frame: 120, box: BOX });
@@ -95,7 +95,7 @@ for (const [id, what] of /** @type {const} */ ([
   ['outside', 'outside'],
 ])) {
   test(`a box of the engine stays the engine's when it is marked ${what}; one on a line of people's is pinned`, async () => {
-    const { store, editor, review, end } = await createWorld();
+    const { store, editor, review, end } = await createEditorFixture();
     const mark = boxes.find((one) => one.id === id);
     const app = /** @type {any} */ ({ store, edit: editor.edit });
     const track = /** @type {any} */ ({ id: 1, state: 'confirmed', source: 0, box: BOX, class_id: 14 });
@@ -124,7 +124,7 @@ for (const [id, what] of /** @type {const} */ ([
 }
 
 test('behind a track’s end there is nothing to delete and nothing to take out of sight: it is refused, and nothing is to be undone', async () => {
-  const { store, editor, server, toasts, review, end } = await createWorld();
+  const { store, editor, server, toasts, review, end } = await createEditorFixture();
   store.dispatch((state) =>
     changeReview(state, { selected: 'm1', frame: 120, tracks: state.review?.tracks && { ...state.review.tracks, class_id: [14, 14] } }),
   );
@@ -141,7 +141,7 @@ test('behind a track’s end there is nothing to delete and nothing to take out 
 });
 
 test('I says which way it went: a drawn track has its lines from the beginning', async () => {
-  const { store, editor, review, end } = await createWorld();
+  const { store, editor, review, end } = await createEditorFixture();
   /** @type {string[]} */
   const said = [];
   const app = { store, edit: editor.edit, following: NOTHING };
@@ -166,7 +166,7 @@ test('I says which way it went: a drawn track has its lines from the beginning',
 });
 
 test('a key frame out of the track’s frames says which box it copied; within them nothing is to be told', async () => {
-  const { store, editor, review, end } = await createWorld();
+  const { store, editor, review, end } = await createEditorFixture();
   /** @type {[string, any][]} */
   const said = [];
   const app = { store, edit: editor.edit };
@@ -185,7 +185,7 @@ test('a key frame out of the track’s frames says which box it copied; within t
 });
 
 test('a line that lacks a key frame offers to set one, here or at the other end of the track', async () => {
-  const { store, editor, review, end } = await createWorld();
+  const { store, editor, review, end } = await createEditorFixture();
   const app = /** @type {any} */ ({ store, edit: editor.edit });
   const line = boxes.find(({ id }) => id === 'interpolate');
   const tracks = /** @type {any} */ ({ ...review().tracks, class_id: [14, 14] });

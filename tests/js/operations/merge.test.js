@@ -6,7 +6,7 @@ import { blankDoc } from '../../../static/js/model/documents.js';
 import { merge, sharedFrames, sharedWords } from '../../../static/js/operations/merge.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
 import { nearestFrame } from '../../../static/js/views/dialogs/merge.js';
-import { createWorld } from '../editing/world.js';
+import { createEditorFixture } from '../editing/editor_fixture.js';
 import { drive } from '../harness/synthetic.js';
 
 const KEY = { box: [10, 10, 30, 30], occluded: false, outside: false, interpolate: true, class_id: null };
@@ -48,7 +48,7 @@ test('the words say how many frames, which, and whose box stays', () => {
 });
 
 test('a merge of tracks that share frames asks first and changes nothing yet; another is done at once', async () => {
-  const { store, editor, review: now, end } = await createWorld();
+  const { store, editor, review: now, end } = await createEditorFixture();
   const app = { store, edit: editor.edit };
   const tracks = { ...drive(200, 2).tracks, id: [1, 2], first: [0, 50], last: [99, 150] };
   store.dispatch(changeReview, { tracks });

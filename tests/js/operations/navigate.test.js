@@ -4,10 +4,10 @@ import { test } from 'node:test';
 
 import { keyStep } from '../../../static/js/operations/navigate.js';
 import { changeReview, seek, select } from '../../../static/js/store/actions/review.js';
-import { createWorld, setBox } from '../editing/world.js';
+import { createEditorFixture, setBox } from '../editing/editor_fixture.js';
 
 test("with a track the key frames are the track's, and the last one says so; without one they are the video's", async () => {
-  const { store, editor, review, end } = await createWorld();
+  const { store, editor, review, end } = await createEditorFixture();
   const timebase = /** @type {any} */ ({
     frames: 200,
     nextKey: (/** @type {number} */ at) => at + 30,

@@ -4,13 +4,13 @@ import { test } from 'node:test';
 
 import { giveVerdict, givePinned, judge } from '../../../static/js/operations/verdicts.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
-import { createWorld } from '../editing/world.js';
+import { createEditorFixture } from '../editing/editor_fixture.js';
 import { drive } from '../harness/synthetic.js';
 import { setLabels } from '../../../static/js/store/actions/page.js';
 import { label } from '../labels.js';
 
 test('a verdict goes on to the next track that is left; given twice it stays and nothing is stored', async () => {
-  const { store, editor, server, review, end } = await createWorld();
+  const { store, editor, server, review, end } = await createEditorFixture();
   const app = { store, edit: editor.edit };
   /** @type {string[]} */ const said = [];
   const say = (/** @type {string} */ text) => void said.push(text);
@@ -39,7 +39,7 @@ test('a verdict goes on to the next track that is left; given twice it stays and
 });
 
 test('a digit gives the label that is pinned to it, once; no hidden one, and none that is not pinned', async () => {
-  const { store, editor, server, review, end } = await createWorld();
+  const { store, editor, server, review, end } = await createEditorFixture();
   /** @type {string[]} */ const said = [];
   const app = { store, edit: editor.edit };
   const give = (/** @type {string} */ digit) => givePinned(app, digit, (text) => void said.push(text));
@@ -63,7 +63,7 @@ test('a digit gives the label that is pinned to it, once; no hidden one, and non
 });
 
 test('another verdict takes back what an older version marked as no sign', async () => {
-  const { store, editor, server, review, end } = await createWorld();
+  const { store, editor, server, review, end } = await createEditorFixture();
   const app = { store, edit: editor.edit };
   editor.edit({ name: 'set_not_a_sign', key: 'm1', frame: 0, value: true });
   giveVerdict(app, review(), 'm1', 'rejected');

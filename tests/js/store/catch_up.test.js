@@ -5,7 +5,7 @@ import { setRuns, setVideos } from '../../../static/js/store/actions/page.js';
 import { createCatchUp } from '../../../static/js/store/catch_up.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
-import { held } from '../held.js';
+import { deferred } from '../deferred.js';
 
 /** @typedef {import('../../../static/js/types.js').ServerEvent} ServerEvent */
 
@@ -19,10 +19,10 @@ const event = (seq, kind, data) => ({ seq, kind: /** @type {any} */ (kind), subj
 test('an answer older than an event does not hide it', async () => {
   const store = createStore(initialState());
   const { receive, load } = createCatchUp(store);
-  const videos = held();
+  const videos = deferred();
   const done = load(() => videos.promise, setVideos);
   receive(event(1, 'video', video('r')));
-  videos.release([video(null)]);
+  videos.resolve([video(null)]);
   assert.deepEqual(await done, [video(null)], 'the caller gets the answer as it was');
   assert.equal(store.get().videos?.[0]?.latest_run, 'r');
 });
@@ -30,7 +30,7 @@ test('an answer older than an event does not hide it', async () => {
 test('a run that ended while its list was on its way has ended, and no state in between is shown', async () => {
   const store = createStore(initialState());
   const { receive, load } = createCatchUp(store);
-  const runs = held();
+  const runs = deferred();
   /** @type {(string|undefined)[]} */
   const shown = [];
   store.subscribe((state) => shown.push(state.runs['v']?.[0]?.state));
@@ -39,7 +39,7 @@ test('a run that ended while its list was on its way has ended, and no state in 
     (state, found) => setRuns(state, 'v', found),
   );
   receive(event(1, 'run', run('complete')));
-  runs.release([run('running')]);
+  runs.resolve([run('running')]);
   await done;
   assert.deepEqual(shown.filter(Boolean), ['complete']);
 });
@@ -58,10 +58,10 @@ test('what was heard before the question is in the answer and is not heard again
 test('a video removed while the list was on its way stays removed', async () => {
   const store = createStore(initialState());
   const { receive, load } = createCatchUp(store);
-  const videos = held();
+  const videos = deferred();
   const done = load(() => videos.promise, setVideos);
   receive({ seq: 1, kind: 'removed', subject: 'v', data: {} });
-  videos.release([video(null)]);
+  videos.resolve([video(null)]);
   await done;
   assert.deepEqual(store.get().videos, []);
 });
@@ -69,10 +69,10 @@ test('a video removed while the list was on its way stays removed', async () => 
 test('a question that fails leaves the store alone and says so', async () => {
   const store = createStore(initialState());
   const { load } = createCatchUp(store);
-  const videos = held();
+  const videos = deferred();
   const before = store.get();
   const done = load(() => videos.promise, setVideos);
-  videos.refuse(new Error('gone'));
+  videos.reject(new Error('gone'));
   await assert.rejects(done, /gone/);
   assert.equal(store.get(), before);
 });

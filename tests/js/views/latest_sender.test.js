@@ -3,14 +3,14 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { createLatestSender } from '../../../static/js/views/latest_sender.js';
-import { held } from '../held.js';
+import { deferred } from '../deferred.js';
 
 const nextTurn = () => new Promise((resolve) => setImmediate(resolve));
 
 test('while one value is being sent, only the newest waiting value is kept', async () => {
   /** @type {number[]} */
   const sent = [];
-  const first = held();
+  const first = deferred();
   const sender = createLatestSender(
     (/** @type {number} */ value) => {
       sent.push(value);
@@ -21,7 +21,7 @@ test('while one value is being sent, only the newest waiting value is kept', asy
   for (const value of [1, 2, 3, 4]) sender.push(value);
   await nextTurn();
   assert.deepEqual(sent, [1]);
-  first.release();
+  first.resolve();
   await nextTurn();
   assert.deepEqual(sent, [1, 4]);
 });
@@ -29,7 +29,7 @@ test('while one value is being sent, only the newest waiting value is kept', asy
 test('there is a pause between two values', async () => {
   /** @type {number[]} */
   const sent = [];
-  const pause = held();
+  const pause = deferred();
   const sender = createLatestSender(
     async (/** @type {number} */ value) => {
       sent.push(value);
@@ -41,7 +41,7 @@ test('there is a pause between two values', async () => {
   sender.push(2);
   await nextTurn();
   assert.deepEqual(sent, [1]);
-  pause.release();
+  pause.resolve();
   await nextTurn();
   assert.deepEqual(sent, [1, 2]);
 });

@@ -5,7 +5,7 @@ import { ApiError } from '../../../static/js/api/errors.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 import { startLiveUpdates } from '../../../static/js/views/live_updates.js';
-import { eventually } from '../eventually.js';
+import { waitUntil } from '../wait_until.js';
 
 test('a full disk shows a banner until there is space or a new connection reports none', () => {
   /** @type {any} */
@@ -40,7 +40,7 @@ test('a failed load is repeated when the server is back, and its banner is remov
   await updates.reload();
   assert.deepEqual(shownBanners(), ['load']);
   isOffline = false;
-  await eventually(() => shownBanners().length === 0);
+  await waitUntil(() => shownBanners().length === 0);
   lifetime.abort();
 });
 

@@ -5,7 +5,7 @@ import { arrange } from '../../../static/js/model/library_order.js';
 import { describeVersion as describeDoc, differingKeyFrames } from '../../../static/js/views/dialogs/conflict.js';
 import { truncatedMessage } from '../../../static/js/views/dialogs/add_video.js';
 import { groupOperations } from '../../../static/js/views/dialogs/help.js';
-import { named } from '../labels.js';
+import { labelsNamed } from '../labels.js';
 import { describeSaveState } from '../../../static/js/views/topbar.js';
 import { findParameters, parseValue, presetValue } from '../../../static/js/views/parameter_fields.js';
 import { changedFrameCount, listChanges } from '../../../static/js/views/whatif_changes.js';
@@ -25,7 +25,7 @@ const parameter = (more = {}) => ({
   ...more,
 });
 
-const LABELS = named([
+const LABELS = labelsNamed([
   'speed limit 20 km/h',
   'speed limit 30 km/h',
   'speed limit 80 km/h',

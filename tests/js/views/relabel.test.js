@@ -5,9 +5,9 @@ import { NO_CLASS, emptyDoc } from '../../../static/js/model/documents.js';
 import { finderOf } from '../../../static/js/model/label_finder.js';
 import { describeMerge } from '../../../static/js/views/dialogs/label_merge.js';
 import { unmatchedTextRow, isAlreadySet, sideBesideBox, voteShares, reordered } from '../../../static/js/views/dialogs/relabel.js';
-import { label, named } from '../labels.js';
+import { label, labelsNamed } from '../labels.js';
 
-const LABELS = named([
+const LABELS = labelsNamed([
   'speed limit 20 km/h',
   'speed limit 30 km/h',
   'speed limit 80 km/h',
@@ -111,7 +111,7 @@ test('an unknown name can be added, a hidden label shown again, and a merged lab
 });
 
 test('the consequences of a merge name the number of tracks', () => {
-  const [a, b] = named(['bus', 'bus stop']);
+  const [a, b] = labelsNamed(['bus', 'bus stop']);
   assert.match(describeMerge(a, b, { tracks: 1, videos: 1 }), /^1 track in 1 video is 'bus' and will count as 'bus stop'\./);
   assert.match(describeMerge(a, b, { tracks: 1200, videos: 3 }), /^1,?200 tracks in 3 videos are/);
   assert.match(describeMerge(a, b, { tracks: 0, videos: 0 }), /^No track is 'bus' yet/);

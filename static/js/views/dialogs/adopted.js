@@ -3,7 +3,7 @@
 
 import { sentence } from '../../api/errors.js';
 import { trackName } from '../../model/track_name.js';
-import { endOffer } from '../../review/earlier.js';
+import { endOffer } from '../../review/earlier_corrections.js';
 import { changeReview, seek, select } from '../../store/actions/review.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';

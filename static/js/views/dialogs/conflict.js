@@ -3,6 +3,7 @@
 
 import { sentence } from '../../api/errors.js';
 import { describe, describeUndone, named } from '../../editing/words.js';
+import { commandName as words, describeUndone, withTrackNames } from '../../editing/command_names.js';
 import { verdictOf } from '../../model/documents.js';
 import { className } from '../../model/labels.js';
 import { trackName } from '../../model/track_name.js';
@@ -12,7 +13,7 @@ import { createVersionComparison } from './two_versions.js';
 
 /** @typedef {import('../../types.js').TrackDoc} TrackDoc */
 /** @typedef {import('../../types.js').Label} Label */
-/** @typedef {import('../../editing/keeping.js').Last} Last */
+/** @typedef {import('../../editing/conflict_plan.js').Last} Last */
 
 /** @type {Record<TrackDoc['review'], string>} */
 const REVIEW_TEXTS = { open: 'not reviewed', accepted: 'accepted', rejected: 'false positive', needs_work: 'needs work' };
@@ -80,7 +81,7 @@ function keyText(doc, frame) {
 /**
  * Sentences about the changes of the tracks and the consequences for the edits.
  *
- * @param {Pick<import('../../editing/keeping.js').Plan, 'moved'|'lost'>} plan
+ * @param {Pick<import('../../editing/conflict_plan.js').Plan, 'moved'|'lost'>} plan
  * @param {Record<string, Last>} others                             last saved change, by track
  * @param {(key: string) => string} nameOf                          maps a key to the track's name
  * @param {(time: string) => string} [when]
@@ -138,7 +139,7 @@ export function conflictDialog({ app, data, close }) {
     body: h(
       'div.stack',
       introText,
-      ...describeConflict(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', named(text, docs))),
+      ...describeConflict(data, others, (key) => trackName(key, docs[key])).map((text) => h('p', withTrackNames(text, docs))),
       ...ownDocs.flatMap((doc) => {
         const savedDoc = saved.find(({ key }) => key === doc.key);
         return [versionTable(doc.key, savedDoc, doc, labels), createVersionComparison(app, review, savedDoc, doc)];

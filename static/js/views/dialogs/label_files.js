@@ -70,7 +70,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
           const file = fileField.file();
           if (!file) return;
           const key = newKeyInput.value.trim();
-          const { sentence: message, known, refused, reported: notes } = await app.labels.bring(key || data.set, file, key !== '');
+          const { sentence: message, known, refused, reported: notes } = await app.labels.importFile(key || data.set, file, key !== '');
           fill(
             resultElement,
             h('p', message, known.length > 0 && ` ${plural(known.length, 'label')} already known.`),

@@ -22,13 +22,13 @@ export function noteDialog({ app, data, close }) {
     rows: 4,
     maxlength: MAX_LENGTH,
     id: 'note-text',
-    value: data.text ?? (isDraft ? app.notes.of(run, key) : ''),
+    value: data.text ?? (isDraft ? app.notes.get(run, key) : ''),
     'aria-describedby': 'note-hint note-error',
   });
   const errorText = h('p.field-error', { id: 'note-error', role: 'alert', hidden: true });
   /** @param {string} value */
   const keepDraft = (value) => {
-    if (isDraft) app.notes.keep(run, key, value);
+    if (isDraft) app.notes.set(run, key, value);
   };
   textInput.addEventListener('input', () => keepDraft(textInput.value));
   textInput.addEventListener('keydown', (event) => {

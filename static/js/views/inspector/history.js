@@ -2,7 +2,7 @@
 /** The changes of the selected track with author, time and earlier value. Loaded when the section is opened. */
 
 import { sentence } from '../../api/errors.js';
-import { describe } from '../../editing/words.js';
+import { commandName } from '../../editing/command_names.js';
 import { differenceWords } from '../../model/team.js';
 import { seek } from '../view_actions.js';
 import { fill, h } from '../dom.js';
@@ -40,7 +40,7 @@ export function createHistory(app, signal) {
         change.frame !== null &&
           h('button.btn-link.small', { onclick: () => seek(app, /** @type {number} */ (change.frame)) }, `frame ${change.frame}`),
       ),
-      h('div', describe(change.name)),
+      h('div', commandName(change.name)),
       ...change.differences.map((each) => h('div.small.muted.history-difference', { dir: 'auto' }, differenceWords(each, labels))),
     );
   }

@@ -25,16 +25,16 @@ export function createNotes(app, signal) {
       const content = text.value.trim();
       if (content === '' || !editTrack(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: content }, run)) return;
       text.value = '';
-      app.notes.keep(run, key, '');
+      app.notes.set(run, key, '');
     },
     { signal },
   );
-  text.addEventListener('input', () => app.notes.keep(run, key, text.value), { signal });
+  text.addEventListener('input', () => app.notes.set(run, key, text.value), { signal });
   // the dialog for notes (P) edits the same draft
-  app.notes.onKept(() => document.activeElement === text || showDraft(), signal);
+  app.notes.onChange(() => document.activeElement === text || showDraft(), signal);
 
   function showDraft() {
-    const draft = app.notes.of(run, key);
+    const draft = app.notes.get(run, key);
     if (text.value !== draft) text.value = draft;
   }
   // Letters are commands of the review screen, but text here.

@@ -2,7 +2,7 @@
 /** Keeps the selected track visible in a zoomed view of the picture. Independent of the DOM. */
 
 import { revealed } from '../../model/geometry.js';
-import { isAwaited, shownTrack } from '../../review/shown_tracks.js';
+import { areBoxesLoading, shownTrack } from '../../review/shown_tracks.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
 /** @typedef {ReviewState['viewport']} Viewport */
@@ -11,7 +11,7 @@ import { isAwaited, shownTrack } from '../../review/shown_tracks.js';
  * Whether all boxes of the picture on screen are loaded.
  * @param {Pick<ReviewState, 'frame'|'shown'|'overlays'|'run'>} review
  */
-export const areBoxesLoaded = (review) => review.shown === review.frame && !isAwaited(review);
+export const areBoxesLoaded = (review) => review.shown === review.frame && !areBoxesLoading(review);
 
 /**
  * Scrolls to a track that was just selected or just got a box in this frame, and follows a track that leaves the view

@@ -12,7 +12,7 @@ import { modeOf } from '../../modes/index.js';
 import { chosenTruth } from '../../review/chosen_truth.js';
 import { focusPoint } from '../../model/focus.js';
 import { trackName } from '../../model/track_name.js';
-import { secondShown, shownTracks } from '../../review/shown_tracks.js';
+import { secondRunSigns, shownTracks } from '../../review/shown_tracks.js';
 import { createPen } from './pen.js';
 
 /**
@@ -44,7 +44,7 @@ export function paintLayers(ctx, review, view, screen, style, nameOf) {
   /** The text at a box. While few labels are shown, only the selected track and the one under the pointer have one. @param {string|null} key @param {string} text */
   const labelFor = (key, text) => (!review.fewLabels || (key !== null && (key === review.selected || key === review.hovered)) ? text : '');
 
-  for (const { key, box, class_id } of secondShown(review)) {
+  for (const { key, box, class_id } of secondRunSigns(review)) {
     counts.second++;
     if (layersOn.second)
       pen.box('second', box, labelFor(null, `${trackName(key, review.secondDocs[key])} ${pen.truncate(nameOf(class_id))}`));

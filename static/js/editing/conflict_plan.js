@@ -11,7 +11,7 @@
  * @typedef {import('../dialog-types.js').Last} Last
  */
 import { CommandError, applyCommand } from '../model/commands.js';
-import { asCommand, keysOf, without } from './pending.js';
+import { asCommand, keysOf, withoutTracks } from './pending.js';
 import { docOf, docsFor } from './revisions.js';
 
 /**
@@ -23,7 +23,7 @@ import { docOf, docsFor } from './revisions.js';
  * @param {string} time                          for notes, ISO 8601
  * @returns {Plan}
  */
-export function planned(review, confirmed, held, time) {
+export function planKeepMine(review, confirmed, held, time) {
   let docs = confirmed;
   /** @type {Command[]} */
   const commands = [];
@@ -32,64 +32,64 @@ export function planned(review, confirmed, held, time) {
   /** @type {Plan['lost']} */
   const lost = [];
   /** Apply a command to the documents. @param {Command} command @param {string} author */
-  const carryOut = (command, author) => {
+  const apply = (command, author) => {
     const made = applyCommand({ ...docsFor({ ...review, docs }, command), ...docs }, command, { author, time });
     docs = made.docs;
     commands.push(command);
   };
   for (const one of held) {
     // a verdict on several tracks restores none of them
-    const kept = without(
+    const operation = withoutTracks(
       one,
       keysOf(one).filter((key) => docs[key]?.gone),
     );
-    const own = kept && asCommand(kept.command);
-    if (!own) continue;
+    const command = operation && asCommand(operation.command);
+    if (!command) continue;
     const { author } = one;
-    for (const key of [own.key, ...(own.others ?? [])]) {
-      const into = partOf(docs, key);
+    for (const key of [command.key, ...(command.others ?? [])]) {
+      const into = mergedTrack(docs, key);
       if (into !== key) moved.set(key, into);
       else if (docs[key]?.gone) moved.set(key, null);
     }
-    const there = redirected(docs, own);
-    if (there === null) continue;
+    const redirected = redirect(docs, command);
+    if (redirected === null) continue;
     const [before, count] = [docs, commands.length];
     try {
-      for (const key of there.name === 'restore_track' ? [] : [there.key, ...(there.others ?? [])]) {
-        if (docs[key]?.gone) carryOut({ name: 'restore_track', key, frame: there.frame }, author);
+      for (const key of redirected.name === 'restore_track' ? [] : [redirected.key, ...(redirected.others ?? [])]) {
+        if (docs[key]?.gone) apply({ name: 'restore_track', key, frame: redirected.frame }, author);
       }
-      carryOut(there, author);
+      apply(redirected, author);
     } catch (thrown) {
       if (!(thrown instanceof CommandError)) throw thrown;
       // undo the restoration if the command is not possible
       docs = before;
       commands.length = count;
-      lost.push({ name: own.name, why: thrown.message });
+      lost.push({ name: command.name, why: thrown.message });
     }
   }
-  const mine = Object.values(docs).filter((doc) => doc !== confirmed[doc.key]);
+  const changed = Object.values(docs).filter((doc) => doc !== confirmed[doc.key]);
   return {
     commands,
-    saved: mine.flatMap(({ key }) => docOf({ ...review, docs: confirmed }, key) ?? []),
-    mine,
+    saved: changed.flatMap(({ key }) => docOf({ ...review, docs: confirmed }, key) ?? []),
+    mine: changed,
     moved: [...moved].map(([key, into]) => ({ key, into })),
     lost,
   };
 }
 
 /** Whether the plan changes nothing, because both people made the same edits. @param {Plan} plan */
-export function isAgreed({ saved, mine, lost }) {
+export function changesNothing({ saved, mine, lost }) {
   return (
     lost.length === 0 &&
     mine.every((doc) => {
       const other = saved.find(({ key }) => key === doc.key);
-      return other !== undefined && sameValue({ ...other, revision: 0 }, { ...doc, revision: 0 });
+      return other !== undefined && isDeepEqual({ ...other, revision: 0 }, { ...doc, revision: 0 });
     })
   );
 }
 
 /** The track that a merged track is now part of. @param {Record<string, TrackDoc>} docs @param {string} key */
-function partOf(docs, key) {
+function mergedTrack(docs, key) {
   let at = key;
   for (let steps = 0; docs[at]?.merged_into && steps < 100; steps += 1) at = /** @type {string} */ (docs[at].merged_into);
   return at;
@@ -101,13 +101,13 @@ function partOf(docs, key) {
  * @param {Command} command
  * @returns {Command|null}
  */
-function redirected(docs, command) {
-  const key = partOf(docs, command.key);
+function redirect(docs, command) {
+  const key = mergedTrack(docs, command.key);
   const gone = docs[key]?.gone ?? false;
   if (gone ? command.name === 'delete_track' : command.name === 'restore_track') return null;
   const { spans: _theirs, ...rest } = command;
   if (command.name !== 'merge') return { ...rest, key };
-  const others = [...new Set((command.others ?? []).map((other) => partOf(docs, other)))].filter((other) => other !== key);
+  const others = [...new Set((command.others ?? []).map((other) => mergedTrack(docs, other)))].filter((other) => other !== key);
   return others.length ? { ...rest, key, others } : null;
 }
 
@@ -117,10 +117,10 @@ function redirected(docs, command) {
  * @param {unknown} b
  * @returns {boolean}
  */
-function sameValue(a, b) {
+function isDeepEqual(a, b) {
   if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return a === b;
   const names = Object.keys(a);
   return (
-    names.length === Object.keys(b).length && names.every((name) => name in b && sameValue(Reflect.get(a, name), Reflect.get(b, name)))
+    names.length === Object.keys(b).length && names.every((name) => name in b && isDeepEqual(Reflect.get(a, name), Reflect.get(b, name)))
   );
 }

@@ -3,10 +3,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { named } from '../../../static/js/editing/words.js';
+import { withTrackNames } from '../../../static/js/editing/command_names.js';
 import { select } from '../../../static/js/store/actions/review.js';
 import { describeConflict } from '../../../static/js/views/dialogs/conflict.js';
-import { createWorld, setBox } from './world.js';
+import { createEditorFixture, setBox } from './editor_fixture.js';
 
 /** @typedef {import('../../../static/js/types.js').Command} Command */
 
@@ -19,13 +19,13 @@ const note = (key, frame, text) => ({ name: 'add_note', key, frame, note_id: tex
  * @param {Command[]} mine
  */
 async function meet(theirs, mine) {
-  const world = await createWorld();
-  for (const command of theirs) world.server.other(command);
-  for (const command of mine) world.editor.edit(command);
-  await world.editor.settled();
-  const { dialog } = world.store.get();
+  const fixture = await createEditorFixture();
+  for (const command of theirs) fixture.server.editAsOther(command);
+  for (const command of mine) fixture.editor.edit(command);
+  await fixture.editor.settled();
+  const { dialog } = fixture.store.get();
   return {
-    ...world,
+    ...fixture,
     plan: /** @type {import('../../../static/js/dialog-types.js').DialogData['conflict']} */ (
       dialog?.kind === 'conflict' ? dialog.data : null
     ),
@@ -102,7 +102,7 @@ test('what makes no sense any more is reported with its reason and is not made',
     [{ name: 'split', key: 'm1', frame: 50, new_key: 'h00000001' }],
   );
   assert.deepEqual([plan.commands, plan.mine, plan.lost.length], [[], [], 1]);
-  assert.match(named(describeConflict(plan, {}, (key) => key)[0], {}), /cannot be kept\. Track #1 has nothing on one side of frame 50/);
+  assert.match(withTrackNames(describeConflict(plan, {}, (key) => key)[0], {}), /cannot be kept\. Track #1 has nothing on one side of frame 50/);
 });
 
 test('a note is repeated on top of other changes without a question', async () => {

@@ -4,10 +4,19 @@
 import { trackName } from '../model/track_name.js';
 
 /** Commands about a whole track: their frame does not matter. */
-const WHOLE = new Set(['relabel_track', 'delete_track', 'restore_track', 'merge', 'set_not_a_sign', 'ignore', 'set_review', 'adopt']);
+const TRACK_COMMANDS = new Set([
+  'relabel_track',
+  'delete_track',
+  'restore_track',
+  'merge',
+  'set_not_a_sign',
+  'ignore',
+  'set_review',
+  'adopt',
+]);
 
 /** Commands about several tracks: their first track does not matter. */
-const SEVERAL = new Set(['review_tracks', 'edit_tracks', 'import', 'import_bundle', 'take_over']);
+const MULTI_TRACK_COMMANDS = new Set(['review_tracks', 'edit_tracks', 'import', 'import_bundle', 'take_over']);
 
 /** @type {Record<string, string>} */
 const NAMES = {
@@ -44,10 +53,10 @@ const NAMES = {
 };
 
 /** Why no edit is possible between two reviews. */
-export const OPENING = 'the review is still being opened. Try again in a moment';
+export const STILL_OPENING = 'the review is still being opened. Try again in a moment';
 
 /** @param {string} name of a command @returns {string} */
-export const describe = (name) => NAMES[name] ?? name;
+export const commandName = (name) => NAMES[name] ?? name;
 
 /**
  * What an undo or redo was about, as the continuation of "Undone: ".
@@ -59,20 +68,20 @@ export const describe = (name) => NAMES[name] ?? name;
  * @returns {string}
  */
 export function describeUndone(name, frame, track, tracks = 0) {
-  const what = describe(name).toLowerCase();
+  const what = commandName(name).toLowerCase();
   if (name === 'import' && tracks > 0) return `${what} of ${tracks} track${tracks === 1 ? '' : 's'}`;
-  if (SEVERAL.has(name)) return what;
-  if (WHOLE.has(name)) return track === undefined ? what : `${what}, track ${track}`;
+  if (MULTI_TRACK_COMMANDS.has(name)) return what;
+  if (TRACK_COMMANDS.has(name)) return track === undefined ? what : `${what}, track ${track}`;
   return frame === null ? what : `${what} in frame ${frame}`;
 }
 
 /**
  * A sentence with the names of tracks in place of their keys, which model and server use.
  *
- * @param {string} sentence
+ * @param {string} message
  * @param {Record<string, import('../types.js').TrackDoc>} docs
  * @returns {string}
  */
-export function named(sentence, docs) {
-  return sentence.replace(/\b([Tt]rack) (m\d+|h[0-9a-f]{8,})\b/g, (_, word, key) => `${word} ${trackName(key, docs[key])}`);
+export function withTrackNames(message, docs) {
+  return message.replace(/\b([Tt]rack) (m\d+|h[0-9a-f]{8,})\b/g, (_, word, key) => `${word} ${trackName(key, docs[key])}`);
 }

@@ -1,6 +1,6 @@
 // @ts-check
 /**
- * Offers the corrections of an earlier run of the video when a later run is opened. An offer that was hidden or
+ * Offers the corrections of an earlier run of the video when a later run is opened. An offer that was dismissed or
  * accepted is not repeated in this browser for the same state of the earlier run.
  *
  * @typedef {import('../page-types.js').App} App
@@ -11,11 +11,11 @@
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { changeReview } from '../store/actions/review.js';
 import { plural } from '../model/format.js';
-import { isPutAway, putAway } from '../core/preferences.js';
+import { isDismissed, dismiss } from '../core/preferences.js';
 import { runName } from '../model/run_words.js';
 
-/** The name under which an offer is remembered as hidden. @param {string} run @param {Earlier} found */
-const nameOf = (run, { run_id, seq }) => `earlier/${run}/${run_id}/${seq}`;
+/** The name under which a dismissed offer is remembered. @param {string} run @param {Earlier} found */
+const offerName = (run, { run_id, seq }) => `earlier/${run}/${run_id}/${seq}`;
 
 /**
  * @param {Run} run       the open run
@@ -23,11 +23,11 @@ const nameOf = (run, { run_id, seq }) => `earlier/${run}/${run_id}/${seq}`;
  * @param {Earlier} found
  * @returns {Banner}
  */
-export function offer(run, source, found) {
+export function offerBanner(run, source, found) {
   return {
     id: 'earlier',
     tone: 'info',
-    once: nameOf(run.id, found),
+    once: offerName(run.id, found),
     action: { label: 'Carry them over', operation: 'carry-over' },
     text: `People have corrected ${plural(found.tracks, 'track')} in an earlier run, “${runName(source)}”. This run does not have these corrections yet.`,
   };
@@ -40,13 +40,13 @@ export function offer(run, source, found) {
  * @param {Run} run   the open run
  * @param {AbortSignal} signal
  */
-export async function offerEarlier({ store, api }, run, signal) {
+export async function offerEarlierCorrections({ store, api }, run, signal) {
   if (run.kind === 'whatif' || run.state !== 'complete') return;
   const found = await api.earlier(run.id, { signal });
   const source = store.get().runs[run.video_id]?.find(({ id }) => id === found?.run_id);
-  if (!found || !source || isPutAway(nameOf(run.id, found))) return;
+  if (!found || !source || isDismissed(offerName(run.id, found))) return;
   store.dispatch((state) =>
-    state.review?.run?.id === run.id ? showBanner(changeReview(state, { earlier: found }), offer(run, source, found)) : state,
+    state.review?.run?.id === run.id ? showBanner(changeReview(state, { earlier: found }), offerBanner(run, source, found)) : state,
   );
 }
 
@@ -54,6 +54,6 @@ export async function offerEarlier({ store, api }, run, signal) {
 export function endOffer({ store }, run, from) {
   const earlier = store.get().review?.earlier;
   if (!earlier || earlier.run_id !== from || store.get().review?.run?.id !== run) return;
-  putAway(nameOf(run, earlier));
+  dismiss(offerName(run, earlier));
   store.dispatch((state) => hideBanner(changeReview(state, { earlier: null }), 'earlier'));
 }

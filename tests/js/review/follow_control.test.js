@@ -4,29 +4,29 @@ import { getEventListeners } from 'node:events';
 import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
-import { createFollowing } from '../../../static/js/review/following.js';
+import { createFollowControl } from '../../../static/js/review/follow_control.js';
 import { changeReview, openReview } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 const BOX = /** @type {Box} */ ([10, 10, 30, 30]);
-const ASKED = { key: 'm1', anchors: [{ frame: 5, box: BOX }], only: null, first: 0, last: null };
-const BLANK = { run_id: 'r', key: 'm1', anchors: ASKED.anchors, only: null, first: 0, last: null, error: null, endings: [] };
+const WANTED = { key: 'm1', anchors: [{ frame: 5, box: BOX }], only: null, first: 0, last: null };
+const BLANK = { run_id: 'r', key: 'm1', anchors: WANTED.anchors, only: null, first: 0, last: null, error: null, endings: [] };
 
-/** A server that answers from a script, and a page on a run. @param {object} [api] @param {boolean} [edits] */
-function world(api = {}, edits = true) {
+/** A control with an open run and a scripted server. @param {object} [api] @param {boolean} [acceptsEdits] */
+function createFixture(api = {}, acceptsEdits = true) {
   const store = createStore(initialState());
   store.dispatch(openReview, /** @type {any} */ ({ id: 'v', frames: 100, width: 640, height: 360 }));
   store.dispatch(changeReview, { run: /** @type {any} */ ({ id: 'r' }) });
   /** @type {any[]} */ const log = [];
   /** @type {any[]} */ const commands = [];
-  /** @type {string[]} */ const said = [];
-  let made = 0;
+  /** @type {string[]} */ const messages = [];
+  let followCount = 0;
   const server = {
     startFollow: async (/** @type {string} */ _run, /** @type {any} */ wanted) => {
       log.push(['start', wanted.anchors.map((/** @type {any} */ one) => one.frame)]);
-      return { ...BLANK, id: `f${++made}`, anchors: wanted.anchors, state: 'queued', proposals: [], next: 0 };
+      return { ...BLANK, id: `f${++followCount}`, anchors: wanted.anchors, state: 'queued', proposals: [], next: 0 };
     },
     follow: async (/** @type {string} */ id, /** @type {number} */ after) => {
       log.push(['ask', id, after]);
@@ -39,26 +39,26 @@ function world(api = {}, edits = true) {
     ...api,
   };
   const ended = new AbortController();
-  const control = createFollowing({
+  const control = createFollowControl({
     store,
     api: /** @type {any} */ (server),
     signal: ended.signal,
     author: () => 'ann',
-    toast: (text) => said.push(text),
-    edit: (command) => edits && commands.push(command) > 0,
+    toast: (text) => messages.push(text),
+    edit: (command) => acceptsEdits && commands.push(command) > 0,
     sleep: (ms, signal) =>
       ms > 1000 ? new Promise((resolve) => signal.addEventListener('abort', () => resolve(undefined))) : Promise.resolve(),
   });
   const now = () => store.get().review?.following ?? null;
-  return { control, store, log, commands, said, now, end: () => ended.abort() };
+  return { control, store, log, commands, messages: messages, now, end: () => ended.abort() };
 }
 const settle = async () => {
   for (let i = 0; i < 60; i += 1) await Promise.resolve();
 };
 
 test('proposals come in, and are taken by one operation', async () => {
-  const { control, log, commands, now, end } = world();
-  control.start(ASKED);
+  const { control, log, commands, now, end } = createFixture();
+  control.start(WANTED);
   assert.equal(now()?.state, 'queued');
   await settle();
   assert.equal(now()?.state, 'complete');
@@ -83,8 +83,8 @@ test('proposals come in, and are taken by one operation', async () => {
 });
 
 test('what the page refuses to store stays proposed', async () => {
-  const { control, now, end } = world({}, false);
-  control.start(ASKED);
+  const { control, now, end } = createFixture({}, false);
+  control.start(WANTED);
   await settle();
   assert.equal(control.accept(), false);
   assert.ok(now());
@@ -92,13 +92,13 @@ test('what the page refuses to store stays proposed', async () => {
 });
 
 test('Escape drops, here and on the server; leaving the run too', async () => {
-  const { control, log, now, end } = world();
-  control.start(ASKED);
+  const { control, log, now, end } = createFixture();
+  control.start(WANTED);
   await settle();
   control.drop();
   await settle();
   assert.deepEqual([now(), log.at(-1)], [null, ['drop', 'f1']]);
-  control.start(ASKED);
+  control.start(WANTED);
   await settle();
   control.close();
   await settle();
@@ -107,8 +107,8 @@ test('Escape drops, here and on the server; leaving the run too', async () => {
 });
 
 test('a correction is another anchor, and cut-off frames stay cut off', async () => {
-  const { control, store, log, now, end } = world();
-  control.start(ASKED);
+  const { control, store, log, now, end } = createFixture();
+  control.start(WANTED);
   await settle();
   store.dispatch(changeReview, ({ following }) => ({ following: following && { ...following, to: 20 } }));
   control.correct({ frame: 9, box: BOX });
@@ -125,19 +125,24 @@ test('a correction is another anchor, and cut-off frames stay cut off', async ()
 });
 
 test('what cannot be followed is reported, and nothing is left on the page', async () => {
-  const { control, said, now, end } = world({
+  const {
+    control,
+    messages: said,
+    now,
+    end,
+  } = createFixture({
     startFollow: async () => {
       throw new ApiError(422, 'no_such_frame', 'The video has frames 0 to 9. Got 50.');
     },
   });
-  control.start(ASKED);
+  control.start(WANTED);
   await settle();
   assert.deepEqual([now(), said], [null, ['The video has frames 0 to 9. Got 50.']]);
   end();
 });
 
 test('proposals that waited before a reload are there again', async () => {
-  const { control, now, end } = world({
+  const { control, now, end } = createFixture({
     findFollow: async () => ({ ...BLANK, id: 'f9', state: 'complete', proposals: [[6, 11, 10, 31, 30, 0.9, 'matched']], next: 3 }),
   });
   control.open('r');
@@ -155,7 +160,7 @@ test('proposals that wait for days leave nothing behind with each request', asyn
   const waiting = { ...BLANK, id: 'f1', state: 'complete', proposals: [], next: 1 };
   /** @type {number[]} */
   const listeners = [];
-  const control = createFollowing({
+  const control = createFollowControl({
     store,
     api: /** @type {any} */ ({
       findFollow: async () => waiting,

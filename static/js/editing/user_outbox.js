@@ -6,19 +6,19 @@
 
 /**
  * @param {import('./outbox.js').Outbox} outbox
- * @param {Promise<unknown>} known   resolves when it is known who is signed in
+ * @param {Promise<unknown>} personKnown   resolves when it is known who is signed in
  * @param {() => string|null} person   null: the library has no people, and all edits belong to the user
  * @returns {import('./outbox.js').Outbox}
  */
-export function createOwnOutbox(outbox, known, person) {
+export function createUserOutbox(outbox, personKnown, person) {
   /** @param {import('./outbox.js').Pending[]} found */
-  const own = (found) => {
+  const ofUser = (found) => {
     const name = person();
     return name === null ? found : found.filter(({ author }) => author === name);
   };
   return {
     ...outbox,
-    all: async () => (await known, own(await outbox.all())),
-    load: async (run) => (await known, own(await outbox.load(run))),
+    all: async () => (await personKnown, ofUser(await outbox.all())),
+    load: async (run) => (await personKnown, ofUser(await outbox.load(run))),
   };
 }

@@ -5,16 +5,16 @@ import assert from 'node:assert/strict';
 /**
  * Wait until something holds or is found.
  * @template T
- * @param {() => T} find
- * @param {number} [longest]   ms
+ * @param {() => T} condition
+ * @param {number} [timeoutMs]   ms
  * @returns {Promise<NonNullable<T>>}   what was found
  */
-export async function eventually(find, longest = 20_000) {
-  const end = performance.now() + longest;
+export async function waitUntil(condition, timeoutMs = 20_000) {
+  const deadline = performance.now() + timeoutMs;
   for (;;) {
-    const found = find();
+    const found = condition();
     if (found) return found;
-    assert.ok(performance.now() < end, `still not so after ${longest} ms: ${find}`);
+    assert.ok(performance.now() < deadline, `still not so after ${timeoutMs} ms: ${condition}`);
     await new Promise((resolve) => setTimeout(resolve, 5));
   }
 }
@@ -24,6 +24,6 @@ export async function eventually(find, longest = 20_000) {
  * them if the process did nothing for a moment.
  * @param {number} [count]
  */
-export async function turns(count = 20) {
+export async function runTimers(count = 20) {
   for (let i = 0; i < count; i += 1) await new Promise((resolve) => setTimeout(resolve, 1));
 }

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createMemoryOutbox } from '../../../static/js/editing/outbox.js';
-import { createOwnOutbox } from '../../../static/js/editing/own_outbox.js';
+import { createUserOutbox } from '../../../static/js/editing/user_outbox.js';
 
 /** @param {string} op_id @param {string} author @returns {any} */
 const pending = (op_id, author) => ({ op_id, run: 'r', author, command: { name: 'undo', op_id: '' }, seen: {} });
@@ -11,13 +11,13 @@ test('what another person has not saved waits for that person', async () => {
   const inner = createMemoryOutbox();
   for (const one of [pending('1', 'ann'), pending('2', 'bob'), pending('3', 'ann')]) await inner.put(one);
   /** @type {string|null} */ let person = 'ann';
-  const own = createOwnOutbox(inner, Promise.resolve(), () => person);
-  const ids = async () => [(await own.all()).map(({ op_id }) => op_id), (await own.load('r')).map(({ op_id }) => op_id)];
+  const outbox = createUserOutbox(inner, Promise.resolve(), () => person);
+  const ids = async () => [(await outbox.all()).map(({ op_id }) => op_id), (await outbox.load('r')).map(({ op_id }) => op_id)];
   assert.deepEqual(await ids(), [
     ['1', '3'],
     ['1', '3'],
   ]);
-  await own.remove('1');
+  await outbox.remove('1');
   person = 'bob';
   assert.deepEqual(await ids(), [['2'], ['2']]);
   person = null;
@@ -30,12 +30,12 @@ test('what another person has not saved waits for that person', async () => {
 test('nothing is read before it is known who is there', async () => {
   const inner = createMemoryOutbox();
   await inner.put(pending('1', 'ann'));
-  let know = () => {};
-  const own = createOwnOutbox(inner, new Promise((resolve) => (know = () => resolve(undefined))), () => 'bob');
+  let resolvePerson = () => {};
+  const outbox = createUserOutbox(inner, new Promise((resolve) => (resolvePerson = () => resolve(undefined))), () => 'bob');
   let read = false;
-  const all = own.all().finally(() => (read = true));
+  const all = outbox.all().finally(() => (read = true));
   await new Promise((resolve) => setTimeout(resolve, 5));
   assert.equal(read, false);
-  know();
+  resolvePerson();
   assert.deepEqual(await all, []);
 });

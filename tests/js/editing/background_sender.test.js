@@ -5,46 +5,46 @@ import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
 import { unsavedOf } from '../../../static/js/store/unsaved.js';
-import { turns } from '../eventually.js';
-import { RUN, createWorld, setBox } from './world.js';
+import { runTimers } from '../wait_until.js';
+import { RUN, createEditorFixture, setBox } from './editor_fixture.js';
 
-const dead = () => {
+const failOffline = () => {
   throw new ApiError(0, 'offline', 'Gone.');
 };
 
 test('a review that the user has left is still being saved, and the rest is counted', async () => {
-  const { editor, server, store, outbox } = await createWorld();
-  server.before = dead;
+  const { editor, server, store, outbox } = await createEditorFixture();
+  server.before = failOffline;
   for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));
   editor.edit(setBox('m2', 60, 20), RUN, 'move');
   editor.close();
   store.dispatch((state) => ({ ...state, review: null }));
-  await turns();
+  await runTimers();
   assert.deepEqual([store.get().elsewhere, unsavedOf(store.get())], [[{ run: RUN, unsaved: 3, held: false }], { unsaved: 3, held: 0 }]);
   server.before = () => {};
-  await turns();
-  await turns();
+  await runTimers();
+  await runTimers();
   assert.deepEqual([server.log, store.get().elsewhere, await outbox.all()], [['set_box', 'set_box', 'set_box'], [], []]);
 });
 
 test('what an earlier visit has left is sent without its run being opened, an undo of it too', async () => {
-  const first = await createWorld();
+  const first = await createEditorFixture();
   first.editor.edit(setBox('m1', 5, 20));
   await first.editor.settled();
-  first.server.before = dead;
+  first.server.before = failOffline;
   first.editor.edit(setBox('m1', 6, 20));
   for (let k = 0; k < 2; k++) void first.editor.undo();
-  await turns();
+  await runTimers();
   first.end();
   first.server.before = () => {};
-  const second = await createWorld(first.server, first.outbox, null);
-  await second.background.go();
+  const second = await createEditorFixture(first.server, first.outbox, null);
+  await second.backgroundSender.flush();
   assert.deepEqual(first.server.log, ['set_box', 'set_box', 'undo', 'undo']);
   assert.deepEqual([first.server.docs.m1.keys, await first.outbox.all()], [{}, []]);
 });
 
 test('an answer that comes after its review was left puts those behind it on what it stored', async () => {
-  const { editor, server, outbox } = await createWorld();
+  const { editor, server, outbox } = await createEditorFixture();
   /** @type {() => void} */
   let answer = () => {};
   const { edit } = server;
@@ -57,22 +57,22 @@ test('an answer that comes after its review was left puts those behind it on wha
     return edit(...given);
   };
   for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));
-  await turns();
+  await runTimers();
   editor.close();
   answer();
-  await turns();
+  await runTimers();
   assert.deepEqual([server.log, server.docs.m1.revision, await outbox.all()], [['set_box', 'set_box'], 2, []]);
 });
 
 test('somebody else was first: it waits, other runs do not, and the run asks when it is opened', async () => {
-  const { editor, server, store, outbox } = await createWorld();
-  server.before = dead;
+  const { editor, server, store, outbox } = await createEditorFixture();
+  server.before = failOffline;
   editor.edit(setBox('m1', 5, 20));
-  server.other({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
+  server.editAsOther({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
   await outbox.put({ op_id: 'elsewhere', run: 's'.repeat(32), author: 'a', command: setBox('m2', 60, 20), seen: { m2: 0 } });
   editor.close();
   server.before = () => {};
-  await turns();
+  await runTimers();
   assert.deepEqual(server.log, ['set_box']);
   assert.deepEqual(store.get().elsewhere, [{ run: RUN, unsaved: 1, held: true }]);
   assert.match(store.get().banners.find(({ id }) => id === 'elsewhere')?.text ?? '', /A change of another run is not saved/);
@@ -83,24 +83,24 @@ test('somebody else was first: it waits, other runs do not, and the run asks whe
 });
 
 test('edits of a run that no longer exists are given up, with a word', async () => {
-  const { editor, server, outbox, toasts } = await createWorld();
-  server.before = dead;
+  const { editor, server, outbox, toasts } = await createEditorFixture();
+  server.before = failOffline;
   for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));
   editor.close();
   server.before = () => {
     throw new ApiError(404, 'not_found', 'There is no run.');
   };
-  await turns();
+  await runTimers();
   assert.deepEqual([await outbox.all(), toasts], [[], ['2 unsaved changes are given up: the run was removed.']]);
 });
 
 test('edits before the corrections have loaded are kept when the review is closed', async () => {
-  const { editor, server, outbox } = await createWorld();
+  const { editor, server, outbox } = await createEditorFixture();
   editor.close();
   void editor.open(RUN);
   editor.edit(setBox('m1', 5, 20));
   editor.close();
-  await turns();
+  await runTimers();
   assert.deepEqual([server.log, await outbox.all()], [['set_box'], []]);
 });
 
@@ -109,22 +109,22 @@ for (const { what, status, code } of [
   { what: 'that lies with another server', status: 503, code: 'elsewhere' },
 ])
   test(`a run ${what} holds up no other`, async () => {
-    const { editor, server, outbox } = await createWorld();
+    const { editor, server, outbox } = await createEditorFixture();
     const { edit } = server;
-    let back = false;
+    let isBack = false;
     server.edit = async (...given) => {
-      if (given[0] === RUN && !back) throw new ApiError(status, code, 'Not now.');
+      if (given[0] === RUN && !isBack) throw new ApiError(status, code, 'Not now.');
       return edit(...given);
     };
     editor.edit(setBox('m1', 5, 20));
     await outbox.put({ op_id: 'elsewhere', run: 's'.repeat(32), author: 'a', command: setBox('m2', 60, 20), seen: { m2: 0 } });
     editor.close();
-    await turns();
+    await runTimers();
     assert.deepEqual(
       (await outbox.all()).map(({ run }) => run),
       [RUN],
     );
-    back = true;
-    await turns();
+    isBack = true;
+    await runTimers();
     assert.deepEqual([server.log, await outbox.all()], [['set_box', 'set_box'], []]);
   });

@@ -2,12 +2,12 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { endOffer, offerEarlier } from '../../../static/js/review/earlier.js';
+import { endOffer, offerEarlierCorrections } from '../../../static/js/review/earlier_corrections.js';
 import { hideBanner, setRuns } from '../../../static/js/store/actions/page.js';
 import { changeReview, openReview } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
-import { isPutAway, putAway } from '../../../static/js/core/preferences.js';
+import { isDismissed, dismiss } from '../../../static/js/core/preferences.js';
 import { withStorage } from '../storage.js';
 
 const signal = new AbortController().signal;
@@ -27,19 +27,19 @@ function open(found, run = NEW) {
   store.dispatch((state) =>
     changeReview(openReview(setRuns(state, 'v', [run, OLD]), /** @type {any} */ ({ id: 'v', frames: 10 })), { run }),
   );
-  const asked = { count: 0 };
+  const requests = { count: 0 };
   const api = /** @type {any} */ ({
     earlier: async () => {
-      asked.count += 1;
+      requests.count += 1;
       return found;
     },
   });
-  return { store, api, asked, banner: () => store.get().banners.find(({ id }) => id === 'earlier') };
+  return { store, api, requests: requests, banner: () => store.get().banners.find(({ id }) => id === 'earlier') };
 }
 
 test('corrections of an earlier run are offered, in words and with what takes them', async () => {
   const page = open({ run_id: 'old', tracks: 4, seq: 9 });
-  await offerEarlier(page, NEW, signal);
+  await offerEarlierCorrections(page, NEW, signal);
   assert.match(page.banner()?.text ?? '', /^People have corrected 4 tracks in an earlier run, “Run 1 · /);
   assert.equal(page.banner()?.action?.operation, 'carry-over');
   assert.equal(page.store.get().review?.earlier?.run_id, 'old');
@@ -48,25 +48,29 @@ test('corrections of an earlier run are offered, in words and with what takes th
 test('a hidden offer is not repeated until there are more corrections', async (t) => {
   withStorage(t);
   const page = open({ run_id: 'old', tracks: 4, seq: 9 });
-  await offerEarlier(page, NEW, signal);
-  putAway(page.banner()?.once ?? '');
+  await offerEarlierCorrections(page, NEW, signal);
+  dismiss(page.banner()?.once ?? '');
   page.store.dispatch(hideBanner, 'earlier');
-  await offerEarlier(page, NEW, signal);
+  await offerEarlierCorrections(page, NEW, signal);
   assert.equal(page.banner(), undefined);
-  await offerEarlier({ ...page, api: /** @type {any} */ ({ earlier: async () => ({ run_id: 'old', tracks: 5, seq: 12 }) }) }, NEW, signal);
+  await offerEarlierCorrections(
+    { ...page, api: /** @type {any} */ ({ earlier: async () => ({ run_id: 'old', tracks: 5, seq: 12 }) }) },
+    NEW,
+    signal,
+  );
   assert.match(page.banner()?.text ?? '', /5 tracks/);
 });
 
 test('once they have come over the offer ends, also where nothing had to be written', async (t) => {
   withStorage(t);
   const page = open({ run_id: 'old', tracks: 4, seq: 9 });
-  await offerEarlier(page, NEW, signal);
+  await offerEarlierCorrections(page, NEW, signal);
   endOffer(page, 'new', 'another');
   assert.ok(page.banner(), 'those of another run came over');
   endOffer(page, 'new', 'old');
   assert.equal(page.banner(), undefined);
   assert.equal(page.store.get().review?.earlier, null);
-  await offerEarlier(page, NEW, signal);
+  await offerEarlierCorrections(page, NEW, signal);
   assert.equal(page.banner(), undefined);
 });
 
@@ -76,23 +80,23 @@ test('what-ifs and running runs are not checked; without a result there is no of
     { ...NEW, state: 'running' },
   ]) {
     const page = open({ run_id: 'old', tracks: 4, seq: 9 }, run);
-    await offerEarlier(page, run, signal);
-    assert.deepEqual([page.asked.count, page.banner()], [0, undefined]);
+    await offerEarlierCorrections(page, run, signal);
+    assert.deepEqual([page.requests.count, page.banner()], [0, undefined]);
   }
   const page = open(null);
-  await offerEarlier(page, NEW, signal);
-  assert.deepEqual([page.asked.count, page.banner()], [1, undefined]);
+  await offerEarlierCorrections(page, NEW, signal);
+  assert.deepEqual([page.requests.count, page.banner()], [1, undefined]);
 });
 
 test('an answer that comes when another run is open says nothing', async () => {
   const page = open({ run_id: 'old', tracks: 4, seq: 9 });
   page.store.dispatch(changeReview, { run: OLD });
-  await offerEarlier(page, NEW, signal);
+  await offerEarlierCorrections(page, NEW, signal);
   assert.equal(page.banner(), undefined);
 });
 
 test('the list of hidden notices is bounded', (t) => {
   withStorage(t);
-  for (let i = 0; i < 300; i += 1) putAway(`n${i}`);
-  assert.deepEqual([isPutAway('n299'), isPutAway('n200'), isPutAway('n199')], [true, true, false]);
+  for (let i = 0; i < 300; i += 1) dismiss(`n${i}`);
+  assert.deepEqual([isDismissed('n299'), isDismissed('n200'), isDismissed('n199')], [true, true, false]);
 });

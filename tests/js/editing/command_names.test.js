@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { describeUndone, named } from '../../../static/js/editing/words.js';
+import { describeUndone, withTrackNames } from '../../../static/js/editing/command_names.js';
 
 test('what several tracks are about names none of them, what one is about names it', () => {
   assert.equal(describeUndone('import', 12, '#1', 9), 'import of 9 tracks');
@@ -15,9 +15,9 @@ test('what several tracks are about names none of them, what one is about names 
 
 test('sentences call tracks by their names', () => {
   assert.equal(
-    named('Track m2 has nothing on one side of frame 15. Split it in between.', {}),
+    withTrackNames('Track m2 has nothing on one side of frame 15. Split it in between.', {}),
     'Track #2 has nothing on one side of frame 15. Split it in between.',
   );
-  assert.equal(named('Frame 3 is no key frame of track h0123456789abcdef.', {}), 'Frame 3 is no key frame of track made by hand.');
-  assert.equal(named('A track has had enough.', {}), 'A track has had enough.');
+  assert.equal(withTrackNames('Frame 3 is no key frame of track h0123456789abcdef.', {}), 'Frame 3 is no key frame of track made by hand.');
+  assert.equal(withTrackNames('A track has had enough.', {}), 'A track has had enough.');
 });

@@ -1,7 +1,7 @@
 // @ts-check
 /** A store on the review screen, a server in memory, and an editor between them. */
 import { ApiError } from '../../../static/js/api/errors.js';
-import { createBackground } from '../../../static/js/editing/background.js';
+import { createBackgroundSender } from '../../../static/js/editing/background_sender.js';
 import { createEditor } from '../../../static/js/editing/editor.js';
 import { createMemoryOutbox } from '../../../static/js/editing/outbox.js';
 import { applyCommand, touchedKeys } from '../../../static/js/model/commands.js';
@@ -26,7 +26,7 @@ export function createServer() {
   /** @type {typeof done} */
   const undone = [];
   /** @param {string} key */
-  const present = (key) => docs[key] ?? (key in spans ? emptyDoc(Reflect.get(spans, key)) : undefined);
+  const currentDoc = (key) => docs[key] ?? (key in spans ? emptyDoc(Reflect.get(spans, key)) : undefined);
   const target = (list = done) => {
     const one = list.at(-1);
     return one ? { op_id: one.op_id, name: one.name, frame: one.frame, keys: one.keys } : null;
@@ -40,8 +40,8 @@ export function createServer() {
     /** @type {(op_id: string) => void} */
     after: () => {},
     /** Somebody else's work. @param {any} command */
-    other(command) {
-      const known = Object.fromEntries(touchedKeys(command).flatMap((key) => (present(key) ? [[key, present(key)]] : [])));
+    editAsOther(command) {
+      const known = Object.fromEntries(touchedKeys(command).flatMap((key) => (currentDoc(key) ? [[key, currentDoc(key)]] : [])));
       const { docs: made, changed } = applyCommand(known, command, { author: 'b', time: '' });
       for (const key of changed) docs[key] = { ...made[key], revision: (docs[key]?.revision ?? 0) + 1 };
       return changed.map((key) => docs[key]);
@@ -65,12 +65,12 @@ export function createServer() {
           for (const key of changed) docs[key] = { ...goal[key], revision: docs[key].revision + 1 };
         } else {
           for (const key of touchedKeys(command)) {
-            const now = present(key)?.revision ?? 0;
-            if (present(key) && revisions[key] === undefined) throw new ApiError(428, 'precondition_required', 'If-Match is missing.');
+            const now = currentDoc(key)?.revision ?? 0;
+            if (currentDoc(key) && revisions[key] === undefined) throw new ApiError(428, 'precondition_required', 'If-Match is missing.');
             if ((revisions[key] ?? 0) !== now)
               throw new ApiError(409, 'stale', 'Changed since.', { details: { current: [docs[key]], yours: [] } });
           }
-          const known = Object.fromEntries(touchedKeys(command).flatMap((key) => (present(key) ? [[key, present(key)]] : [])));
+          const known = Object.fromEntries(touchedKeys(command).flatMap((key) => (currentDoc(key) ? [[key, currentDoc(key)]] : [])));
           const made = applyCommand(known, command, { author: 'a', time: '' });
           changed = made.changed;
           done.push({
@@ -78,7 +78,7 @@ export function createServer() {
             name: command.name,
             frame: command.frame,
             keys: changed,
-            before: Object.fromEntries(changed.map((key) => [key, present(key) ?? { ...made.docs[key], gone: true }])),
+            before: Object.fromEntries(changed.map((key) => [key, currentDoc(key) ?? { ...made.docs[key], gone: true }])),
             after: Object.fromEntries(changed.map((key) => [key, made.docs[key]])),
           });
           undone.length = 0;
@@ -99,7 +99,7 @@ export function createServer() {
  * @param {import('../../../static/js/editing/outbox.js').Outbox} [outbox]
  * @param {string|null} [open]   the run that is opened
  */
-export async function createWorld(server = createServer(), outbox = createMemoryOutbox(), open = RUN) {
+export async function createEditorFixture(server = createServer(), outbox = createMemoryOutbox(), open = RUN) {
   const store = createStore(initialState());
   const video = /** @type {any} */ ({ id: 'v', frames: 200, width: 100, height: 100 });
   const columns = { id: [1, 2], first: [0, 50], last: [99, 150], class_id: [14, 2] };
@@ -111,20 +111,20 @@ export async function createWorld(server = createServer(), outbox = createMemory
   );
   /** @type {string[]} */
   const toasts = [];
-  const life = new AbortController();
+  const aborter = new AbortController();
   let count = 0;
   const parts = {
     store,
     api: /** @type {any} */ (server),
     outbox,
-    signal: life.signal,
+    signal: aborter.signal,
     toast: (/** @type {string} */ text) => toasts.push(text),
-    pause: () => new Promise((/** @type {(value: void) => void} */ resolve) => void setTimeout(resolve, 1)),
+    sleep: () => new Promise((/** @type {(value: void) => void} */ resolve) => void setTimeout(resolve, 1)),
   };
-  const background = createBackground(parts);
+  const backgroundSender = createBackgroundSender(parts);
   const editor = createEditor({
     ...parts,
-    background,
+    backgroundSender,
     author: () => 'a',
     newId: () => `op-${Math.random()}-${count++}`,
   });
@@ -134,9 +134,9 @@ export async function createWorld(server = createServer(), outbox = createMemory
     outbox,
     store,
     editor,
-    background,
+    backgroundSender,
     toasts,
-    end: () => life.abort(),
+    end: () => aborter.abort(),
     review: () => /** @type {import('../../../static/js/state-types.js').ReviewState} */ (store.get().review),
   };
 }
