@@ -113,7 +113,7 @@ def test_reconnecting_loses_and_repeats_no_event(at: Live) -> None:
 def test_a_page_that_is_too_far_behind_is_reset(at: Live, monkeypatch: pytest.MonkeyPatch) -> None:
     say(at, *range(30))
     context = at.server.context
-    monkeypatch.setattr(EventBus, "keep", 10)
+    monkeypatch.setattr(EventBus, "max_events", 10)
     with context.database.write() as session:
         context.events.prune(session)
         newest = context.events.newest(session)

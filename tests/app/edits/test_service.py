@@ -152,7 +152,7 @@ def test_imported_documents_end_with_the_video(desk: Desk) -> None:
             first(document)
     assert desk.documents() == {}
     first(drawn)
-    assert desk.documents()["hdrawn01"].same(drawn)
+    assert desk.documents()["hdrawn01"].has_same_content(drawn)
 
 
 def test_a_video_being_imported_has_its_known_frames(desk: Desk) -> None:

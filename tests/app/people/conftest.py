@@ -56,7 +56,7 @@ def team(served: Server) -> Iterator[Team]:
     """A person of each role; they are gone after the test."""
     made = make_team(served)
     yield made
-    made.unregister()
+    made.leave()
 
 
 @pytest.fixture
