@@ -147,7 +147,7 @@ def build_context(settings: Settings) -> Context:
     files = shared_files(settings)
     if files is not None:
         files.is_blocking = False
-        if (away := files.enter()) is not None:
+        if (away := files.prepare()) is not None:
             _log.warning("%s", away)
     sandboxes = Sandboxes()
     tokens = Tokens(settings.token or home_token(settings.home))

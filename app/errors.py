@@ -12,7 +12,7 @@
       TooLarge              413
       UnsupportedMedia      415
       Busy                  503   try again
-      Elsewhere             503   the files are on another server of the database
+      OnOtherServer         503   the files are on another server of the database
       StorageFull           507   the disk is full, or a file exceeds a limit; see ``code``
 
 Every answer of status 400 and above is ``{"error": {"code", "message", "field", "details"}}``.
@@ -30,9 +30,9 @@ __all__ = [
     "ApiError",
     "Busy",
     "Conflict",
-    "Elsewhere",
     "Invalid",
     "NotFound",
+    "OnOtherServer",
     "PreconditionRequired",
     "Refused",
     "StorageFull",
@@ -40,8 +40,8 @@ __all__ = [
     "Unauthorised",
     "Unsafe",
     "UnsupportedMedia",
-    "bad_file",
-    "not_written",
+    "file_error",
+    "storage_full",
 ]
 
 
@@ -154,7 +154,7 @@ class Busy(ApiError):
     status, default_code = 503, "busy"
 
 
-class Elsewhere(ApiError):
+class OnOtherServer(ApiError):
     """The files lie on another server; ``details`` names it."""
 
     status, default_code = 503, "elsewhere"
@@ -166,7 +166,7 @@ class StorageFull(ApiError):
     status, default_code = 507, "storage_full"
 
 
-def not_written(error: OSError) -> StorageFull | None:
+def storage_full(error: OSError) -> StorageFull | None:
     """Convert an error of writing an imported file to a refusal if it means a lack of space; otherwise return None."""
     kind = storage_problem(error)
     if kind == "full":
@@ -176,9 +176,9 @@ def not_written(error: OSError) -> StorageFull | None:
     return StorageFull(f"Nothing was imported: {TOO_LARGE_MESSAGE}.", code="storage_limit") if kind == "limit" else None
 
 
-_OF_FILES: Final[dict[ImportProblem, type[ApiError]]] = {"broken": Invalid, "too_large": TooLarge, "unsafe": Unsafe}
+_ERROR_TYPES: Final[dict[ImportProblem, type[ApiError]]] = {"broken": Invalid, "too_large": TooLarge, "unsafe": Unsafe}
 
 
-def bad_file(sentence: str, kind: ImportProblem, code: str = "bad_file") -> ApiError:
+def file_error(sentence: str, kind: ImportProblem, code: str = "bad_file") -> ApiError:
     """Build the refusal of an imported file for a kind of problem."""
-    return _OF_FILES[kind](f"{sentence} Nothing was imported.", field="body", code=code)
+    return _ERROR_TYPES[kind](f"{sentence} Nothing was imported.", field="body", code=code)

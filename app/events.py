@@ -12,8 +12,8 @@ from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EventBus"]
 
-_ORDERED = "events ordered"
-_IN_ORDER = text("SELECT pg_advisory_xact_lock(7461)")
+_ORDER_KEY = "events ordered"
+_ORDER_LOCK = text("SELECT pg_advisory_xact_lock(7461)")
 _APPEND = insert(Event)
 """The table, for plain rows without objects."""
 
@@ -21,14 +21,14 @@ _APPEND = insert(Event)
 class EventBus:
     """Appends to the stream of events and reads it from a number on."""
 
-    keep = 20_000
+    max_events = 20_000
     """Events that are kept; a page that is further behind reloads everything."""
 
     def order(self, session: Session) -> None:
         """Wait for the turn of this writer, so that numbers become visible in order (SQLite orders writers anyway)."""
-        if not session.info.get(_ORDERED) and session.get_bind().dialect.name == "postgresql":
-            session.connection().execute(_IN_ORDER)
-            session.info[_ORDERED] = True  # sessions of app.storage.database last for one transaction
+        if not session.info.get(_ORDER_KEY) and session.get_bind().dialect.name == "postgresql":
+            session.connection().execute(_ORDER_LOCK)
+            session.info[_ORDER_KEY] = True  # sessions of app.storage.database last for one transaction
 
     def publish(self, session: Session, kind: str, subject: str, data: JsonObject) -> None:
         """Append an event in the caller's transaction, so that pages see it only if the transaction commits."""
@@ -43,10 +43,10 @@ class EventBus:
         """Number of the oldest stored event; 0: none yet."""
         return session.scalar(select(func.min(Event.seq))) or 0
 
-    def after(self, session: Session, seq: int, most: int = 500) -> Sequence[Event]:
+    def after(self, session: Session, seq: int, limit: int = 500) -> Sequence[Event]:
         """Events after a number, in order."""
-        return session.scalars(select(Event).where(Event.seq > seq).order_by(Event.seq).limit(most)).all()
+        return session.scalars(select(Event).where(Event.seq > seq).order_by(Event.seq).limit(limit)).all()
 
     def prune(self, session: Session) -> None:
-        """Delete all but the newest ``keep`` events."""
-        session.execute(delete(Event).where(Event.seq <= self.newest(session) - self.keep))
+        """Delete all but the newest ``max_events`` events."""
+        session.execute(delete(Event).where(Event.seq <= self.newest(session) - self.max_events))

@@ -21,13 +21,13 @@ from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.extras import MissingExtra, missing_extra
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["Shaped", "handle_failures"]
+__all__ = ["ErrorShape", "handle_failures"]
 
 _log = logging.getLogger("tsr.server")
 _CODES = {400: "bad_request", 404: "not_found", 405: "method_not_allowed", 416: "range_not_satisfiable"}
 
 
-class Shaped:
+class ErrorShape:
     """ASGI middleware that gives unhandled failures the common error shape.
 
     It runs inside the guard, so that these responses get the guard's headers too.
@@ -86,11 +86,11 @@ def handle_failures(app: FastAPI) -> None:
 
     @app.exception_handler(ApiError)
     async def _api(_: Request, error: ApiError) -> Response:
-        return _reported(error)
+        return _error_response(error)
 
     @app.exception_handler(RequestValidationError)
     async def _invalid(_: Request, error: RequestValidationError) -> Response:
-        return JSONResponse(_first_of(error), status_code=422)
+        return JSONResponse(_first_problem(error), status_code=422)
 
     @app.exception_handler(HTTPException)
     async def _http(_: Request, error: HTTPException) -> Response:
@@ -102,22 +102,22 @@ def handle_failures(app: FastAPI) -> None:
         known = storage_failure(error)
         if known is None:
             return _unexpected(request, error)
-        return _reported(known)
+        return _error_response(known)
 
     @app.exception_handler(PoolTimeout)
     async def _pool(_: Request, __: PoolTimeout) -> Response:
-        return _reported(
+        return _error_response(
             Busy("Too many requests wait for the database. This one can be repeated.", code="database_busy")
         )
 
     @app.exception_handler(ModuleNotFoundError)
     async def _module(request: Request, error: ModuleNotFoundError) -> Response:
         known = missing_extra(error)
-        return _unexpected(request, error) if known is None else _lacking(known)
+        return _unexpected(request, error) if known is None else _missing_extra_response(known)
 
     @app.exception_handler(MissingExtra)
     async def _extra(_: Request, error: MissingExtra) -> Response:
-        return _lacking(error)
+        return _missing_extra_response(error)
 
     @app.exception_handler(TsrError)
     async def _engine(_: Request, error: TsrError) -> Response:
@@ -127,16 +127,16 @@ def handle_failures(app: FastAPI) -> None:
         return JSONResponse(error_body(code, str(error)), status_code=status)
 
 
-def _lacking(error: MissingExtra) -> Response:
+def _missing_extra_response(error: MissingExtra) -> Response:
     return JSONResponse(error_body("missing_extra", str(error)), status_code=501)
 
 
-def _reported(error: ApiError) -> Response:
+def _error_response(error: ApiError) -> Response:
     headers = {"Retry-After": RETRY_AFTER} if error.status == 503 else None
     return JSONResponse(error.body(), status_code=error.status, headers=headers)
 
 
-def _first_of(error: RequestValidationError) -> JsonObject:
+def _first_problem(error: RequestValidationError) -> JsonObject:
     """One sentence about the first invalid value."""
     first = error.errors()[0]
     place = [str(part) for part in first["loc"] if part not in ("body", "query", "path", "header")]

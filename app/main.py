@@ -36,7 +36,7 @@ from app.api import (
 )
 from app.api.access import authorise
 from app.context import build_context
-from app.failures import Shaped, handle_failures
+from app.failures import ErrorShape, handle_failures
 from app.login import mount_login
 from app.pages import mount_pages
 from app.security.guard import Guard
@@ -113,6 +113,6 @@ def create_app(settings: Settings) -> FastAPI:
     mount_pages(app)
     handle_failures(app)
     app.add_middleware(GZipMiddleware, minimum_size=2048, compresslevel=3)
-    app.add_middleware(Shaped)
+    app.add_middleware(ErrorShape)
     app.add_middleware(Guard, access=context.access, hosts=settings.hosts, body_max=settings.body_max_kb * 1024)
     return app

@@ -30,9 +30,9 @@ _CODE: Final = re.compile(r'(?<=")/static/(?=(?:js|css)/)')
 
 def static_folder() -> Path:
     """Folder of the page: beside ``app`` in a checkout, inside it in a wheel."""
-    here = Path(__file__).resolve().parent
-    inside = here / "static"
-    return inside if inside.is_dir() else here.parent / "static"
+    folder = Path(__file__).resolve().parent
+    inside = folder / "static"
+    return inside if inside.is_dir() else folder.parent / "static"
 
 
 def page_version(folder: Path) -> str:
@@ -48,8 +48,8 @@ def _files(folder: Path | str, above: str = "") -> Iterator[str]:
                 yield from _files(entry.path, f"{above}{entry.name}/")
                 continue
             with suppress(FileNotFoundError):  # the lock of an editor is a link to nowhere
-                there = entry.stat()
-                yield f"{above}{entry.name}\0{there.st_size}\0{there.st_mtime_ns}"
+                status = entry.stat()
+                yield f"{above}{entry.name}\0{status.st_size}\0{status.st_mtime_ns}"
 
 
 class _PageFiles(StaticFiles):

@@ -24,7 +24,7 @@ MAKE_HOME = Path("out", "review")
 """Data folder of ``make review``, from the folder of its Makefile."""
 
 
-_MOST_CORES = 16
+_MAX_CORES = 16
 """Default limit of cores: each thread takes address space (``worker_memory_mb``), and tracking uses one core anyway."""
 
 
@@ -133,7 +133,7 @@ class Settings(BaseSettings):
     @property
     def run_cores(self) -> int:
         """Cores that one run uses."""
-        return self.cores or max(1, min(_MOST_CORES, usable_cores()) // max(1, self.workers))
+        return self.cores or max(1, min(_MAX_CORES, usable_cores()) // max(1, self.workers))
 
     @property
     def loopback(self) -> bool:
@@ -148,8 +148,8 @@ class Settings(BaseSettings):
     @property
     def hosts(self) -> tuple[str, ...]:
         """Allowed names of the Host header besides loopback's, as a client sends them."""
-        own = f"[{self.host}]" if ":" in self.host else self.host
-        return self.allowed_hosts if self.everywhere else (*self.allowed_hosts, own)
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return self.allowed_hosts if self.everywhere else (*self.allowed_hosts, host)
 
     @property
     def video_limits(self) -> VideoLimits:

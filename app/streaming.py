@@ -17,10 +17,10 @@ from app.storage.models import Event
 
 __all__ = ["EventStream"]
 
-_TURN = 0.12
-_BEAT = 4.0
-_MOST_WAITING = 2000
-_LOOK = 16
+_READ_INTERVAL_S = 0.12
+_HEARTBEAT_INTERVAL_S = 4.0
+_MAX_WAITING = 2000
+_DISK_CHECK_TURNS = 16
 """Turns between checks of the disk."""
 _PEOPLE = "people"
 """Queue entry that announces a change of accounts: the page's access is checked again."""
@@ -115,7 +115,7 @@ class EventStream:
                 return
             while not self._stopped:
                 try:
-                    text = await asyncio.wait_for(page.get(), _BEAT)
+                    text = await asyncio.wait_for(page.get(), _HEARTBEAT_INTERVAL_S)
                 except TimeoutError:
                     if not await has_access():
                         return
@@ -138,12 +138,12 @@ class EventStream:
                 return (), newest
             if last and oldest and last < oldest - 1:
                 return None, newest
-            missed = self._events.after(session, last, _MOST_WAITING + 1)
-            return (None if len(missed) > _MOST_WAITING else missed), newest
+            missed = self._events.after(session, last, _MAX_WAITING + 1)
+            return (None if len(missed) > _MAX_WAITING else missed), newest
 
     def _range(self, seen: int) -> Sequence[Event]:
         with self._database.read() as session:
-            return self._events.after(session, seen, _MOST_WAITING)
+            return self._events.after(session, seen, _MAX_WAITING)
 
     def _unseen(self) -> Sequence[Event]:
         """Events that no page has got yet."""
@@ -152,12 +152,12 @@ class EventStream:
     async def _read(self) -> None:
         log_once = LogOnce(_log, "Events cannot be read")
         while True:
-            await asyncio.sleep(_TURN)
+            await asyncio.sleep(_READ_INTERVAL_S)
             try:
                 found = await asyncio.to_thread(self._unseen)
                 self._turns += 1
-                if self._turns % _LOOK == 1:
-                    await self._look_at_disk()
+                if self._turns % _DISK_CHECK_TURNS == 1:
+                    await self._check_disk()
                 if self._turns % 2000 == 0:
                     await asyncio.to_thread(self._prune)
             except SQLAlchemyError as error:
@@ -171,14 +171,14 @@ class EventStream:
                 text = _text(event)
                 self._seen = event.seq
                 for page in self._pages:
-                    if page.qsize() < _MOST_WAITING:
+                    if page.qsize() < _MAX_WAITING:
                         if event.kind == "people":
                             page.put_nowait(_PEOPLE)
                         page.put_nowait(text)
-                    elif page.qsize() == _MOST_WAITING:
+                    elif page.qsize() == _MAX_WAITING:
                         page.put_nowait(None)  # the page reconnects with its number and catches up, or resets
 
-    async def _look_at_disk(self) -> None:
+    async def _check_disk(self) -> None:
         """Notify the pages when the disk becomes full, and when it has room again."""
         before, self._full = self._full, await asyncio.to_thread(self._shortage)
         if (before is None) != (self._full is None):

@@ -15,7 +15,7 @@ from app.api.routing import api_router
 from app.api.runs import VideoId
 from app.body_model import PLAIN, Model
 from app.context import Context, ContextDep
-from app.errors import Invalid, bad_file
+from app.errors import Invalid, file_error
 from app.exchange.export import ExportRequest
 from app.exchange.formats import FormatView, format_view
 from app.exchange.import_file import ImportFile
@@ -148,7 +148,7 @@ def _import_file(
     try:
         return context.sandboxed_imports.import_file(video_id, upload, kind, run, is_disconnected, running_import)
     except ImportFormatError as error:
-        raise bad_file(str(error), error.kind) from None
+        raise file_error(str(error), error.kind) from None
 
 
 def _json(shape: TypeAdapter[_T], text: str, field: str) -> _T:

@@ -18,9 +18,9 @@ from app.api.routing import api_router
 from app.api.runs import VideoId
 from app.body_model import Model
 from app.context import ContextDep
-from app.errors import NotFound, bad_file
+from app.errors import NotFound, file_error
 from app.labels.commands import LabelChange
-from app.labels.importing import bring_labels
+from app.labels.importing import import_file_labels
 from app.labels.store import SET_KEY
 from app.labels.usage import LabelUse, label_usage
 from app.labels.views import Brought, Change, LabelSetView, LabelVersion, LabelView
@@ -180,8 +180,8 @@ def bring_label_file(
         try:
             found = read_labels(path, key, name, format)
         except ImportFormatError as error:
-            raise bad_file(str(error), error.kind) from None
-    return bring_labels(context.labels, key, person, found, create=create, file=name)
+            raise file_error(str(error), error.kind) from None
+    return import_file_labels(context.labels, key, person, found, create=create, file=name)
 
 
 @router.post("/label-sets/{key}/changes", operation_id="change_label_set", responses=failures(404, 409))

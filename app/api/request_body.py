@@ -18,7 +18,7 @@ from fastapi import Request
 from starlette.requests import ClientDisconnect
 
 from app.context import Context
-from app.errors import Invalid, TooLarge, not_written
+from app.errors import Invalid, TooLarge, storage_full
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["RAW_BODY", "receive_body", "received_file", "run_while_connected", "safe_name"]
@@ -124,7 +124,7 @@ async def receive_body(
     except ClientDisconnect:
         raise Invalid("The upload was interrupted. Nothing was imported.", field="body", code="broken_off") from None
     except OSError as error:
-        storage_error = not_written(error)
+        storage_error = storage_full(error)
         if storage_error is None:
             raise
         raise storage_error from None

@@ -18,8 +18,8 @@ PICTURE: JsonObject = {"content": dict.fromkeys(("image/jpeg", "image/webp", "im
 
 def failures(*statuses: int) -> dict[int | str, JsonObject]:
     """Return the error responses of a route, together with those that every route can give."""
-    every = {400, 401, 403, 413, 422, 503, 507, *statuses}
-    return {s: {"model": ErrorAnswer, "description": HTTPStatus(s).phrase} for s in sorted(every)}
+    all_statuses = {400, 401, 403, 413, 422, 503, 507, *statuses}
+    return {s: {"model": ErrorAnswer, "description": HTTPStatus(s).phrase} for s in sorted(all_statuses)}
 
 
 def json_answer(answer: Model) -> Response:

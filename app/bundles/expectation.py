@@ -69,7 +69,7 @@ def expectation_of(
     for key in sorted(documents):
         if not keys or key in keys:
             builder.add(documents[key])
-    builder.add_apart(set(keys))
+    builder.expect_separate(set(keys))
     return Expectation(bounds=builder.bounds, signs=builder.signs, expected=builder.expected, labels=list(labels or ()))
 
 
@@ -118,7 +118,7 @@ class _ExpectationBuilder:
         if len(pieces) > 1:
             self._expect(doc.key, "one")
 
-    def add_apart(self, keys: set[str]) -> None:
+    def expect_separate(self, keys: set[str]) -> None:
         """Expect pairs of signs that the engine has joined to be separate."""
         holders: dict[int, list[str]] = {}
         for key in sorted(self.documents):

@@ -15,7 +15,7 @@ from app.body_model import Model
 from app.bundles.corrections import read_corrections, relabelled_documents, shift_document
 from app.edits.bulk import BulkEdits
 from app.edits.documents import TrackDoc, engine_doc
-from app.errors import ApiError, Busy, bad_file
+from app.errors import ApiError, Busy, file_error
 from app.events import EventBus
 from app.jobs.queue import JobQueue
 from app.labels.mapping import labels_of_model
@@ -341,4 +341,4 @@ def _clip_name(manifest: Manifest) -> str:
 
 
 def _refused(message: str, kind: ImportProblem = "broken") -> ApiError:
-    return bad_file(message, kind, "bad_bundle")
+    return file_error(message, kind, "bad_bundle")

@@ -24,9 +24,9 @@ FIGURES: Final[Mapping[str, tuple[str, bool]]] = {
 """Name -> description, and whether more is better."""
 Unit = Literal["drives", "signs"]
 _SAMPLES: Final = 2000
-_FEWEST_DRIVES: Final = 8
+_MIN_DRIVES: Final = 8
 """With at least this many drives the bootstrap draws drives; with fewer it draws signs."""
-_FEWEST_SIGNS: Final = 5
+_MIN_SIGNS: Final = 5
 """Fewest signs for an interval; false tracks belong to drives, so drawing signs gives no interval for them."""
 _COLUMNS: Final = ("found", "signs", "covered", "frames", "right", "readable", "error", "matched", "false", "video")
 Table = NDArray[np.float64]
@@ -70,7 +70,7 @@ def changes(before: Sequence[VideoReport], after: Sequence[VideoReport], seed: i
     """
     old, new = (np.concatenate([_rows(report) for report in reports]) for reports in (before, after))
     groups = np.concatenate([np.full(len(report.signs) + 1, k) for k, report in enumerate(before)])
-    unit: Unit = "drives" if len(before) >= _FEWEST_DRIVES else "signs"
+    unit: Unit = "drives" if len(before) >= _MIN_DRIVES else "signs"
     if unit == "signs":
         groups = np.arange(len(old))
     kinds = [np.flatnonzero(groups == group) for group in np.unique(groups)]
@@ -88,7 +88,7 @@ def changes(before: Sequence[VideoReport], after: Sequence[VideoReport], seed: i
         gaps = samples[1] - samples[0]
         gaps = gaps[np.isfinite(gaps)]
         interval = None
-        enough = unit == "drives" or (name != "false" and int(new[:, 1].sum()) >= _FEWEST_SIGNS)
+        enough = unit == "drives" or (name != "false" and int(new[:, 1].sum()) >= _MIN_SIGNS)
         if both and enough and len(gaps) >= _SAMPLES // 2:
             low, high = np.percentile(gaps, (2.5, 97.5)).tolist()
             interval = (low, high)
@@ -147,10 +147,12 @@ def _rows(report: VideoReport) -> Table:
         errors.setdefault(number, []).append(error)
     rows: list[tuple[float, ...]] = []
     for sign in report.signs:
-        own = errors.get(sign.track_id, [])
+        sign_errors = errors.get(sign.track_id, [])
         readable = sign.class_id >= 0
         right = readable and bool(sign.ids) and sign.predicted_class == sign.class_id
-        rows.append((bool(sign.ids), 1, sign.covered, sign.frames, right, readable, sum(own), len(own), 0, 0))
+        rows.append(
+            (bool(sign.ids), 1, sign.covered, sign.frames, right, readable, sum(sign_errors), len(sign_errors), 0, 0)
+        )
     rows.append((0, 0, 0, 0, 0, 0, 0.0, 0, len(report.false_tracks), report.frames))
     return np.array(rows, np.float64)
 

@@ -13,16 +13,16 @@ from tsr_engine.evaluation.tracking import SignReport, VideoReport
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["Place", "worse_places"]
+__all__ = ["Regression", "find_regressions"]
 
 Kind = Literal["lost", "misread", "false", "less"]
 _ORDER: Final[tuple[Kind, ...]] = ("lost", "misread", "false", "less")
-_LESS: Final = 0.1
+_MIN_LOST_SHARE: Final = 0.1
 """Smallest share of its frames that a sign must lose to be listed."""
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Regression:
     """One place that got worse.
 
     Attributes:
@@ -48,13 +48,13 @@ class Place:
     got: int | None = None
 
 
-def worse_places(
+def find_regressions(
     drives: Sequence[ReviewedDrive],
     before: Sequence[VideoReport],
     after: Sequence[VideoReport],
     results: Sequence[TrackTable],
-) -> list[Place]:
-    """Find the places that got worse.
+) -> list[Regression]:
+    """Find the regressions.
 
     Args:
         drives: reviewed drives.
@@ -65,18 +65,18 @@ def worse_places(
     Returns:
         The places, by kind and then worst first.
     """
-    found: list[Place] = []
-    for number, (drive, old, new, rows) in enumerate(zip(drives, before, after, results, strict=True)):
-        then = {sign.track_id: sign for sign in old.signs}
+    found: list[Regression] = []
+    for index, (drive, old, new, rows) in enumerate(zip(drives, before, after, results, strict=True)):
+        old_signs = {sign.track_id: sign for sign in old.signs}
         for sign in new.signs:
-            place = _sign(number, drive, then[sign.track_id], sign)
-            if place is not None:
-                found.append(place)
-        found += [_false(number, rows, track) for track in new.false_tracks if _is_new(rows, track, drive, old)]
-    return sorted(found, key=lambda place: (_ORDER.index(place.kind), -place.weight, place.drive, place.what))
+            regression = _sign(index, drive, old_signs[sign.track_id], sign)
+            if regression is not None:
+                found.append(regression)
+        found += [_false(index, rows, track) for track in new.false_tracks if _is_new(rows, track, drive, old)]
+    return sorted(found, key=lambda each: (_ORDER.index(each.kind), -each.weight, each.drive, each.what))
 
 
-def _sign(number: int, drive: ReviewedDrive, old: SignReport, new: SignReport) -> Place | None:
+def _sign(drive_index: int, drive: ReviewedDrive, old: SignReport, new: SignReport) -> Regression | None:
     truth = drive.truth
     rows = np.flatnonzero((truth.track == new.track_id) & ~truth.ignore)
     boxes = truth.boxes[rows]
@@ -87,35 +87,35 @@ def _sign(number: int, drive: ReviewedDrive, old: SignReport, new: SignReport) -
         kind, weight = "lost", float(new.frames)
     elif new.ids and new.class_id >= 0 and old.predicted_class == old.class_id != new.predicted_class:
         kind, weight = "misread", float(boxes[largest, 2] - boxes[largest, 0])
-    elif lost >= _LESS:
+    elif lost >= _MIN_LOST_SHARE:
         kind, weight = "less", lost
     else:
         return None
     frames = truth.frame[rows]
     x1, y1, x2, y2 = boxes[largest].tolist()
-    return Place(
-        number, kind, new.track_id, int(frames.min()), int(frames.max()), int(frames[largest]), (x1, y1, x2, y2),
+    return Regression(
+        drive_index, kind, new.track_id, int(frames.min()), int(frames.max()), int(frames[largest]), (x1, y1, x2, y2),
         weight, new.class_id if new.class_id >= 0 else None, new.predicted_class,
     )  # fmt: skip
 
 
-def _false(number: int, rows: TrackTable, track: int) -> Place:
-    own = np.flatnonzero(rows.track == track)
-    boxes = rows.boxes[own]
+def _false(drive_index: int, rows: TrackTable, track: int) -> Regression:
+    track_rows = np.flatnonzero(rows.track == track)
+    boxes = rows.boxes[track_rows]
     largest = int(np.argmax(boxes[:, 2] - boxes[:, 0]))
     x1, y1, x2, y2 = boxes[largest].tolist()
-    frames, got = rows.frame[own], int(rows.class_id[own[-1]])
-    return Place(
-        number, "false", track, int(frames.min()), int(frames.max()), int(frames[largest]), (x1, y1, x2, y2),
-        float(len(own)), None, got if got >= 0 else None,
+    frames, got = rows.frame[track_rows], int(rows.class_id[track_rows[-1]])
+    return Regression(
+        drive_index, "false", track, int(frames.min()), int(frames.max()), int(frames[largest]), (x1, y1, x2, y2),
+        float(len(track_rows)), None, got if got >= 0 else None,
     )  # fmt: skip
 
 
 def _is_new(rows: TrackTable, track: int, drive: ReviewedDrive, old: VideoReport) -> bool:
     """Whether the run did not already have this false track."""
-    own = np.flatnonzero(rows.track == track)
+    track_rows = np.flatnonzero(rows.track == track)
     known = np.flatnonzero(np.isin(drive.results.track, old.false_tracks))
-    for row in own:
+    for row in track_rows:
         same = known[drive.results.frame[known] == rows.frame[row]]
         if len(same) and bool((iou(rows.boxes[row], drive.results.boxes[same]) >= 0.5).any()):
             return False

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from app.check.figures import FIGURES
-from app.check.regressions import Place
+from app.check.regressions import Regression
 from app.check.run import CheckedDrive, CheckReport
 from tsr_engine.batch.html_page import html_page
 from tsr_engine.bundle import Bounds, BundleRequest, Expectation, Expected, ExpectedSign, make_bundle
@@ -23,15 +23,15 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.records import Picture
 
-__all__ = ["CHECK_HTML", "CHECK_JSON", "as_json", "sentence_of", "write_bundles", "write_report"]
+__all__ = ["CHECK_HTML", "CHECK_JSON", "as_json", "describe_regression", "write_bundles", "write_report"]
 
 CHECK_JSON: Final = "check.json"
 CHECK_HTML: Final = "check.html"
 _CROPS: Final = "crops"
-_MOST_CROPS: Final = 200
-_SIDE: Final = 160
+_MAX_CROPS: Final = 200
+_MAX_CROP_SIDE: Final = 160
 """Side of a crop, px."""
-_AROUND: Final = 15
+_MARGIN_FRAMES: Final = 15
 """Frames before and after a place that its bundle holds."""
 _STYLE: Final = """
 th, td { vertical-align: middle }
@@ -40,7 +40,7 @@ img { display: block; width: 96px; height: 96px; object-fit: cover }
 """
 
 
-def sentence_of(place: Place, drives: Sequence[CheckedDrive]) -> str:
+def describe_regression(place: Regression, drives: Sequence[CheckedDrive]) -> str:
     """Describe in one sentence what got worse at a place."""
     source = drives[place.drive].reviewed.source
     drive, labels = source.video.name, source.classes.labels
@@ -92,7 +92,7 @@ def as_json(report: CheckReport) -> JsonObject:
                 "frame": place.frame,
                 "frames": [place.first, place.last],
                 "box": [round(edge, 1) for edge in place.box],
-                "text": sentence_of(place, report.drives),
+                "text": describe_regression(place, report.drives),
             }
             for place in report.places
         ],
@@ -114,24 +114,27 @@ def write_report(report: CheckReport, out: Path) -> None:
         file.write(_page(report, crops))
 
 
-def write_bundles(report: CheckReport, out: Path, most: int, warn: Callable[[str], None]) -> list[Path]:
+def write_bundles(report: CheckReport, out: Path, limit: int, warn: Callable[[str], None]) -> list[Path]:
     """Pack the worst places as bug bundles; people's decisions are the expectation.
 
     Args:
         report: the check.
         out: folder of the bundles.
-        most: maximum number of bundles.
+        limit: maximum number of bundles.
         warn: called with a sentence for each bundle that could not be made.
 
     Returns:
         The bundles that were made.
     """
     made: list[Path] = []
-    for number, place in enumerate(report.places[:most], start=1):
+    for number, place in enumerate(report.places[:limit], start=1):
         drive = report.drives[place.drive]
         path = out / f"{number:02}-{place.kind}-{drive.folder.name}-{place.frame}.zip"
         source = drive.reviewed.source
-        first, stop = max(source.first, place.frame - _AROUND), min(source.stop, place.frame + _AROUND + 1)
+        first, stop = (
+            max(source.first, place.frame - _MARGIN_FRAMES),
+            min(source.stop, place.frame + _MARGIN_FRAMES + 1),
+        )
         try:
             make_bundle(
                 BundleRequest(
@@ -140,7 +143,7 @@ def write_bundles(report: CheckReport, out: Path, most: int, warn: Callable[[str
                     out=path,
                     first=first,
                     stop=stop,
-                    note=sentence_of(place, report.drives),
+                    note=describe_regression(place, report.drives),
                     expectation=_expectation(place, drive, first, stop),
                     recording=False,
                 )
@@ -152,7 +155,7 @@ def write_bundles(report: CheckReport, out: Path, most: int, warn: Callable[[str
     return made
 
 
-def _expectation(place: Place, drive: CheckedDrive, first: int, stop: int) -> Expectation:
+def _expectation(place: Regression, drive: CheckedDrive, first: int, stop: int) -> Expectation:
     if place.kind == "false":
         sign = ExpectedSign(frames=[place.frame], boxes=[place.box])
         return Expectation(
@@ -172,18 +175,18 @@ def _expectation(place: Place, drive: CheckedDrive, first: int, stop: int) -> Ex
 def _write_crops(report: CheckReport, out: Path) -> dict[int, str]:
     """Write the crops; return their paths relative to the folder, by index of the place."""
     names: dict[int, str] = {}
-    shown = list(enumerate(report.places[:_MOST_CROPS]))
+    shown = list(enumerate(report.places[:_MAX_CROPS]))
     if shown:
         (out / _CROPS).mkdir(parents=True, exist_ok=True)
     for number, drive in enumerate(report.drives):
-        mine = sorted((place.frame, k, place) for k, place in shown if place.drive == number)
-        if not mine:
+        drive_places = sorted((place.frame, k, place) for k, place in shown if place.drive == number)
+        if not drive_places:
             continue
         source = drive.reviewed.source
         with open_video(drive.path, limits=source.video.limits) as video:
             if source.video.table is not None:
                 video.adopt(source.video.table)
-            for frame, k, place in mine:
+            for frame, k, place in drive_places:
                 picture = next(iter(video.frames(frame, frame + 1))).picture
                 name = f"{_CROPS}/{k:03}.jpg"
                 cv2.imwrite(str(out / name), _crop(picture, place), [cv2.IMWRITE_JPEG_QUALITY, 88])
@@ -191,16 +194,18 @@ def _write_crops(report: CheckReport, out: Path) -> dict[int, str]:
     return names
 
 
-def _crop(picture: Picture, place: Place) -> Picture:
+def _crop(picture: Picture, place: Regression) -> Picture:
     """Crop a square around the box, with the box's size again as margin."""
     x1, y1, x2, y2 = place.box
     half = max(12.0, x2 - x1, y2 - y1)
     centre = ((x1 + x2) / 2, (y1 + y2) / 2)
     patch = cv2.getRectSubPix(picture, (round(2 * half), round(2 * half)), centre)
-    scale = _SIDE / patch.shape[0]
-    patch = cv2.resize(patch, (_SIDE, _SIDE), interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC)
-    corner = [round(_SIDE / 2 - (c - e) * scale) for c, e in zip(centre, (x1, y1), strict=True)]
-    far = [round(_SIDE / 2 + (e - c) * scale) for c, e in zip(centre, (x2, y2), strict=True)]
+    scale = _MAX_CROP_SIDE / patch.shape[0]
+    patch = cv2.resize(
+        patch, (_MAX_CROP_SIDE, _MAX_CROP_SIDE), interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
+    )
+    corner = [round(_MAX_CROP_SIDE / 2 - (c - e) * scale) for c, e in zip(centre, (x1, y1), strict=True)]
+    far = [round(_MAX_CROP_SIDE / 2 + (e - c) * scale) for c, e in zip(centre, (x2, y2), strict=True)]
     cv2.rectangle(patch, (corner[0], corner[1]), (far[0], far[1]), (0, 200, 255), 1)
     return np.asarray(patch, np.uint8)
 
@@ -215,7 +220,7 @@ def _page(report: CheckReport, crops: dict[int, str]) -> str:
     )
     sentences = "".join(f'<p class="over">{escape(text)}</p>' for text in report.over)
     places = "".join(
-        f"<tr><td>{_image(crops.get(k))}</td><td>{escape(sentence_of(place, report.drives))}</td>"
+        f"<tr><td>{_image(crops.get(k))}</td><td>{escape(describe_regression(place, report.drives))}</td>"
         f"<td>frame {place.frame}</td></tr>"
         for k, place in enumerate(report.places)
     )

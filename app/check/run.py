@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from app.check.figures import Change, Unit, changes, over_budget
-from app.check.regressions import Place, worse_places
+from app.check.regressions import Regression, find_regressions
 from app.check.reviewed import ReviewedDrive
 from tsr_engine.batch.manifest import Manifest
 from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch
@@ -59,7 +59,7 @@ class CheckReport:
     changes: list[Change]
     unit: Unit
     over: list[str]
-    places: list[Place]
+    places: list[Regression]
     failures: list[tuple[str, str]]
 
 
@@ -98,7 +98,7 @@ def check(
         raise InputError(f"No drive could be tracked. The first one: {failures[0][1]}")
     before, after = [drive.before for drive in checked], [drive.after for drive in checked]
     found, unit = changes(before, after)
-    places = worse_places([drive.reviewed for drive in checked], before, after, results)
+    places = find_regressions([drive.reviewed for drive in checked], before, after, results)
     return CheckReport(checked, found, unit, over_budget(found, allowed), places, failures)
 
 

@@ -67,8 +67,8 @@ def bundle(
       tsr bundle run1 --video drive.mp4 --frames 400:460 --expect expectation.json --out bug.zip
     """
     from app.bundles.request import bundle_request, report_summary
-    from app.cli.progress import counting_steps
-    from app.cli.run_names import as_command_error, named_sources, track_key
+    from app.cli.progress import step_counter
+    from app.cli.run_names import as_command_error, find_sources, track_key
     from tsr_engine.bundle import make_bundle
     from tsr_engine.io.models import read_manifest
 
@@ -78,7 +78,7 @@ def bundle(
     if models is not None:
         read_manifest(existing(models, "model folder"))
     given = None if video is None else existing(video, "video")
-    source = named_sources([run], home, given if _is_bare(run) else None, say)[0]
+    source = find_sources([run], home, given if _is_bare(run) else None, say)[0]
     with as_command_error():
         request = bundle_request(
             source,
@@ -94,7 +94,7 @@ def bundle(
             recording=recording,
         )
         request = replace(request, network=onnx)
-    with counting_steps("packing") as progress:
+    with step_counter("packing") as progress:
         report = make_bundle(request, progress)
     summary = report_summary(report)
     if json:

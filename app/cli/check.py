@@ -102,14 +102,14 @@ def _reviewed(videos: list[str], home: Path | None) -> list[ReviewedDrive]:
     from sqlalchemy import select
 
     from app.check.reviewed import reviewed_drive
-    from app.cli.data_folder import open_home, run_named
+    from app.cli.data_folder import find_run, open_home
     from app.cli.run_names import as_command_error
     from app.exchange.run_sources import run_source
     from app.storage.models import Run, TrackDocument
 
     with as_command_error(), open_home(home) as (settings, database), database.read() as session:
         if videos:
-            wanted = list(dict.fromkeys(run_named(session, name) for name in videos))
+            wanted = list(dict.fromkeys(find_run(session, name) for name in videos))
         else:
             query = select(Run).where(Run.state == "complete", Run.kind != "whatif")
             query = query.where(Run.id.in_(select(TrackDocument.run_id).distinct())).order_by(Run.order)
@@ -126,7 +126,7 @@ def _print(report: CheckReport, page: Path, bundles: int) -> None:
     from rich.table import Table
 
     from app.check.figures import FIGURES
-    from app.check.report import sentence_of
+    from app.check.report import describe_regression
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("figure")
@@ -139,7 +139,7 @@ def _print(report: CheckReport, page: Path, bundles: int) -> None:
     console.print(f"{plural(len(report.drives), 'reviewed drive')} with {plural(signs, 'sign')}.", soft_wrap=True)
     console.print(table)
     for place in report.places[:10]:
-        console.print(sentence_of(place, report.drives), soft_wrap=True)
+        console.print(describe_regression(place, report.drives), soft_wrap=True)
     more = len(report.places) - 10
     rest = f" {more} more places got worse." if more > 0 else ""
     console.print(f"See {page}; {plural(bundles, 'bug bundle')}.{rest}", soft_wrap=True)

@@ -19,7 +19,7 @@ from app.storage.models import Run, TrackDocument, Video
 from tsr_engine.errors import InputError
 from tsr_engine.io.video_probe import video_sha256
 
-__all__ = ["describe_choice", "named_video", "open_home", "run_named"]
+__all__ = ["describe_run_choice", "find_run", "find_video", "open_home"]
 
 _VIDEO = re.compile("[0-9a-f]{64}")
 
@@ -45,7 +45,7 @@ def open_home(home: Path | None) -> Iterator[tuple[Settings, Database]]:
         database.close()
 
 
-def named_video(session: Session, name: str) -> Video:
+def find_video(session: Session, name: str) -> Video:
     """Find a video of a data folder by its path, its file name or its 64 digits.
 
     Raises:
@@ -66,15 +66,15 @@ def named_video(session: Session, name: str) -> Video:
     return found[0]
 
 
-def run_named(session: Session, name: str) -> str:
-    """Find a run by its id, or the newest complete run of a video (:func:`named_video`); imported runs come last.
+def find_run(session: Session, name: str) -> str:
+    """Find a run by its id, or the newest complete run of a video (:func:`find_video`); imported runs come last.
 
     Raises:
         InputError: there is none.
     """
     if RUN_ID.fullmatch(name) and session.get(Run, name) is not None:
         return name
-    video = named_video(session, name)
+    video = find_video(session, name)
     query = select(Run.id).where(Run.video_id == video.id, Run.state == "complete", Run.kind != "whatif")
     runs = session.scalars(query.order_by(*current_run_last())).all()
     if not runs:
@@ -82,21 +82,21 @@ def run_named(session: Session, name: str) -> str:
     return runs[-1]
 
 
-def describe_choice(session: Session, run_id: str) -> str:
+def describe_run_choice(session: Session, run_id: str) -> str:
     """Say in one sentence which run a video's name means and, if that run has no corrections, which run has."""
     run = session.get_one(Run, run_id)
     others = session.scalars(select(Run).where(Run.video_id == run.video_id, Run.id != run_id)).all()
     documents = select(TrackDocument.run_id).where(TrackDocument.run_id.in_([run_id, *(one.id for one in others)]))
     corrected = set(session.scalars(documents.distinct()))
     name = session.get_one(Video, run.video_id).name
-    text = f"{name} means {_called(run)}"
+    text = f"{name} means {_display_name(run)}"
     better = [] if run_id in corrected else [one for one in others if one.id in corrected and one.state == "complete"]
     if not better:
         return f"{text}."
     newest = max(better, key=lambda one: one.order)
-    return f"{text}, which has no corrections. There are some in {_called(newest)}: give its id to use it."
+    return f"{text}, which has no corrections. There are some in {_display_name(newest)}: give its id to use it."
 
 
-def _called(run: Run) -> str:
+def _display_name(run: Run) -> str:
     name = f" {run.name!r}" if run.name else ""
     return f"the run{name} of {run.created:%Y-%m-%d %H:%M} UTC ({run.id})"

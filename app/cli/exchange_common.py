@@ -20,13 +20,13 @@ OptionOption = Annotated[
 ]
 
 
-def print_lines(lines: list[str], most: int = 12) -> None:
+def print_lines(lines: list[str], limit: int = 12) -> None:
     """Print the first lines of a list, and how many more there are."""
     console = out_console()
-    for line in lines[:most]:
+    for line in lines[:limit]:
         console.print(line, soft_wrap=True, markup=False)
-    if len(lines) > most:
-        console.print(f"... and {len(lines) - most} more; --json lists all.", soft_wrap=True)
+    if len(lines) > limit:
+        console.print(f"... and {len(lines) - limit} more; --json lists all.", soft_wrap=True)
 
 
 def pairs(option: str, texts: list[str]) -> dict[str, str]:

@@ -130,8 +130,8 @@ def export(
     """
     from pydantic import ValidationError
 
-    from app.cli.progress import counting_steps
-    from app.cli.run_names import as_command_error, named_sources
+    from app.cli.progress import step_counter
+    from app.cli.run_names import as_command_error, find_sources
     from app.exchange.export import DEFAULT_STATES, ExportRequest, check_request, export_sources, summary_of
 
     first, stop = frame_range(frames)
@@ -159,11 +159,11 @@ def export(
     except ValidationError as error:
         raise _usage(error) from None
     check_request(request)
-    sources = named_sources(names, home, None if video is None else existing(video, "video"), say)
+    sources = find_sources(names, home, None if video is None else existing(video, "video"), say)
     if states is None and all(source.run_id is None for source in sources):
         # a bare evidence folder has no reviews
         request = request.model_copy(update={"states": ["open", *DEFAULT_STATES]})
-    with counting_steps("exporting") as progress, as_command_error():
+    with step_counter("exporting") as progress, as_command_error():
         manifest = export_sources(request, sources, out, zipped=out.suffix.lower() == ".zip", progress=progress)
     summary = summary_of(manifest)
     if json:

@@ -17,7 +17,7 @@ from tsr_engine.plural import plural
 __all__ = ["import_file"]
 
 
-_WAYS = (
+_REMEDY = (
     "Map them to labels with --label NAME=KEY, or choose --unknown add|skip|refuse for the others "
     "(--add NAME adds a single one)."
 )
@@ -74,8 +74,8 @@ def import_file(
       tsr import gt.zip --onto drive.mp4 --as truth --format mot
       tsr import their_tracker.csv --onto drive.mp4 --as run --label Stopschild=stop --unknown add
     """
-    from app.cli.data_folder import named_video, open_home
-    from app.cli.run_names import as_command_error, named_sources
+    from app.cli.data_folder import find_video, open_home
+    from app.cli.run_names import as_command_error, find_sources
     from app.edits.bulk import BulkEdits
     from app.edits.log_store import LogStore
     from app.events import EventBus
@@ -98,7 +98,7 @@ def import_file(
         label_map={text: _word(value) for text, value in pairs("--label", labels).items()},
         unknown=unknown,  # type: ignore[arg-type]
         added=frozenset(added),
-        remedy=_WAYS,
+        remedy=_REMEDY,
         author=author or "",
     )
     with as_command_error(), open_home(home) as (settings, database):
@@ -107,10 +107,10 @@ def import_file(
         edits = BulkEdits(LogStore(database, events, evidence, settings))
         imports = ImportService(settings, database, events, edits, GroundTruthService(database))
         with database.read() as session:
-            video = named_video(session, onto)
+            video = find_video(session, onto)
         run_id = None
         if kind == "annotation":
-            run_id = named_sources([run or video.id], settings.home, None, say)[0].run_id
+            run_id = find_sources([run or video.id], settings.home, None, say)[0].run_id
         try:
             result = imports.import_file(video.id, incoming, kind, run_id)  # type: ignore[arg-type]
         finally:

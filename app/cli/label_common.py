@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.cli.library import opened_library
+from app.cli.library import open_library
 from tsr_engine.cli.common import print_json, say
 from tsr_engine.errors import UsageError
 
@@ -24,10 +24,10 @@ __all__ = [
     "LabelArgument",
     "SetOption",
     "change_labels",
+    "find_label",
     "label_service",
-    "named_label",
-    "set_key_of",
-    "tell_change",
+    "parse_set_key",
+    "print_change",
     "written",
 ]
 
@@ -47,7 +47,7 @@ def label_service(home: Path | None) -> Iterator[tuple[LabelService, str]]:
     from app.events import EventBus
     from app.labels.service import LabelService
 
-    with opened_library(home) as (settings, database):
+    with open_library(home) as (settings, database):
         yield LabelService(database, EventBus()), settings.author
 
 
@@ -66,7 +66,7 @@ def change_labels(service: LabelService, key: str | None, author: str, change: d
     return service.change(service.get(key).key, author, command)
 
 
-def tell_change(done: Change, json: bool) -> None:
+def print_change(done: Change, json: bool) -> None:
     """Print what a change did."""
     if json:
         print_json(done.model_dump(mode="json"))
@@ -75,7 +75,7 @@ def tell_change(done: Change, json: bool) -> None:
         say(f"{done.sentence}{label}")
 
 
-def named_label(labels: LabelSet, word: str) -> Label:
+def find_label(labels: LabelSet, word: str) -> Label:
     """Find a label by key, name, alias or ``#number``.
 
     Raises:
@@ -92,7 +92,7 @@ def named_label(labels: LabelSet, word: str) -> Label:
     return found.label
 
 
-def set_key_of(key: str) -> str:
+def parse_set_key(key: str) -> str:
     """Check the key of a label set.
 
     Raises:

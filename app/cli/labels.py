@@ -15,10 +15,10 @@ from app.cli.label_common import (
     LabelArgument,
     SetOption,
     change_labels,
+    find_label,
     label_service,
-    named_label,
-    set_key_of,
-    tell_change,
+    parse_set_key,
+    print_change,
     written,
 )
 from app.cli.library import HomeOption
@@ -83,7 +83,7 @@ def show(label: LabelArgument, home: HomeOption = None, set_key: SetOption = Non
     """
     with label_service(home) as (service, _):
         labels = service.get(set_key)
-        (view,) = service.views(labels, [named_label(labels, label)])
+        (view,) = service.views(labels, [find_label(labels, label)])
     if json:
         print_json(view.model_dump(mode="json"))
         return
@@ -131,7 +131,7 @@ def add(
     if attributes:
         sent["attributes"] = [parse_attribute(text) for text in attributes]
     with label_service(home) as (service, author):
-        tell_change(change_labels(service, set_key, author, {"type": "add", **sent}), json)
+        print_change(change_labels(service, set_key, author, {"type": "add", **sent}), json)
 
 
 @app.command("rename")
@@ -149,8 +149,8 @@ def rename(
       tsr labels rename give-way "yield"
     """
     with label_service(home) as (service, author):
-        found = named_label(service.get(set_key), label)
-        tell_change(change_labels(service, set_key, author, {"type": "update", "id": found.id, "name": name}), json)
+        found = find_label(service.get(set_key), label)
+        print_change(change_labels(service, set_key, author, {"type": "update", "id": found.id, "name": name}), json)
 
 
 @app.command("alias")
@@ -169,7 +169,7 @@ def alias(
       tsr labels alias stop "stop sign" Stoppschild
     """
     with label_service(home) as (service, author):
-        found = named_label(service.get(set_key), label)
+        found = find_label(service.get(set_key), label)
         if remove:
             missing = [name for name in names if name not in found.aliases]
             if missing:
@@ -177,7 +177,7 @@ def alias(
             aliases = [name for name in found.aliases if name not in names]
         else:
             aliases = list(dict.fromkeys((*found.aliases, *names)))
-        tell_change(
+        print_change(
             change_labels(service, set_key, author, {"type": "update", "id": found.id, "aliases": aliases}), json
         )
 
@@ -198,8 +198,8 @@ def merge(
     """
     with label_service(home) as (service, author):
         labels = service.get(set_key)
-        change = {"type": "merge", "id": named_label(labels, label).id, "into": named_label(labels, into).id}
-        tell_change(change_labels(service, set_key, author, change), json)
+        change = {"type": "merge", "id": find_label(labels, label).id, "into": find_label(labels, into).id}
+        print_change(change_labels(service, set_key, author, change), json)
 
 
 @app.command("hide")
@@ -217,8 +217,10 @@ def hide(
       tsr labels hide "no waiting"
     """
     with label_service(home) as (service, author):
-        found = named_label(service.get(set_key), label)
-        tell_change(change_labels(service, set_key, author, {"type": "show" if undo else "hide", "id": found.id}), json)
+        found = find_label(service.get(set_key), label)
+        print_change(
+            change_labels(service, set_key, author, {"type": "show" if undo else "hide", "id": found.id}), json
+        )
 
 
 @app.command("import")
@@ -237,7 +239,7 @@ def import_labels(
       tsr labels import vienna
       tsr labels import obj.names --set team --create
     """
-    from app.labels.importing import bring_labels
+    from app.labels.importing import import_file_labels
     from tsr_engine.exchange.label_files.formats import read_labels
     from tsr_engine.exchange.label_files.label_collector import FileLabels
 
@@ -250,7 +252,7 @@ def import_labels(
             if not Path(file).is_file():
                 raise UsageError(f"Expected a file of labels or one of the sets {', '.join(known)}. Got {file!r}.")
             found = read_labels(Path(file), target, Path(file).name, format)
-        done = bring_labels(service, set_key_of(target), author, found, create=create, file=Path(file).name)
+        done = import_file_labels(service, parse_set_key(target), author, found, create=create, file=Path(file).name)
     if json:
         print_json(done.model_dump(mode="json"))
         return
@@ -306,11 +308,11 @@ def use(
     with label_service(home) as (service, _):
         if video is None:
             view = service.use_as_default(key)
-            said = f"The library uses '{view.name}'."
+            message = f"The library uses '{view.name}'."
         else:
             view = service.use_in_video(service.video_named(video), None if key == "default" else key)
-            said = f"{video} uses '{view.name}'."
+            message = f"{video} uses '{view.name}'."
     if json:
         print_json(view.model_dump(mode="json"))
         return
-    say(said)
+    say(message)

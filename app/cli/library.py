@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from app.settings import Settings
     from app.storage.database import Database
 
-__all__ = ["HomeOption", "opened_library"]
+__all__ = ["HomeOption", "open_library"]
 
 HomeOption = Annotated[
     Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
@@ -23,7 +23,7 @@ HomeOption = Annotated[
 
 
 @contextmanager
-def opened_library(home: Path | None) -> Iterator[tuple[Settings, Database]]:
+def open_library(home: Path | None) -> Iterator[tuple[Settings, Database]]:
     """Open the settings and the database of an existing data folder; refusals become errors of the command line.
 
     Raises:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.cli.library import HomeOption, opened_library
+from app.cli.library import HomeOption, open_library
 from tsr_engine.cli.common import JsonOption, out_console, print_json, say
 from tsr_engine.errors import UsageError
 
@@ -90,7 +90,7 @@ def _service(home: Path | None) -> Iterator[TrainingService]:
     from app.jobs.queue import JobQueue
     from app.training.service import TrainingService
 
-    with opened_library(home) as (settings, database):
+    with open_library(home) as (settings, database):
         events = EventBus()
         yield TrainingService(settings, database, events, JobQueue(events, KINDS))
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.cli.library import HomeOption, opened_library
+from app.cli.library import HomeOption, open_library
 from tsr_engine.cli.common import JsonOption, out_console, print_json, say
 from tsr_engine.errors import UsageError
 from tsr_engine.plural import plural
@@ -84,7 +84,7 @@ def add(
     with _service(home) as (service, settings):
         first = not service.views()
         view, token = service.add(name, chosen)
-        _tell_token(settings, view.name, token, url, json)
+        _print_token(settings, view.name, token, url, json)
     if first:
         say("From now on everybody signs in: the library has people.")
         if view.role != "admin":
@@ -139,7 +139,7 @@ def token(
       tsr people token Ada --note "nightly export"
     """
     with _service(home) as (service, settings):
-        _tell_token(settings, name, service.new_token(name, note), url, json)
+        _print_token(settings, name, service.new_token(name, note), url, json)
 
 
 @app.command("rotate")
@@ -151,7 +151,7 @@ def rotate(name: NameArgument, home: HomeOption = None, url: UrlOption = None, j
       tsr people rotate Ada --home out/review
     """
     with _service(home) as (service, settings):
-        _tell_token(settings, name, service.rotate(name), url, json)
+        _print_token(settings, name, service.rotate(name), url, json)
 
 
 @app.command("revoke")
@@ -184,7 +184,7 @@ def agreement(home: HomeOption = None, json: JsonOption = False) -> None:
     from app.events import EventBus
     from app.people.second_opinion import SecondOpinionService
 
-    with opened_library(home) as (_, database):
+    with open_library(home) as (_, database):
         report = SecondOpinionService(database, EventBus()).report()
     if json:
         print_json(report.model_dump(mode="json"))
@@ -233,7 +233,7 @@ def _service(home: Path | None) -> Iterator[tuple[PeopleService, Settings]]:
     from app.events import EventBus
     from app.people.service import PeopleService
 
-    with opened_library(home) as (settings, database):
+    with open_library(home) as (settings, database):
         yield PeopleService(database, EventBus()), settings
 
 
@@ -246,9 +246,9 @@ def _role(text: str) -> Role:
         raise UsageError(str(error)) from None
 
 
-def _tell_token(settings: Settings, name: str, token: str, url: str | None, json: bool) -> None:
+def _print_token(settings: Settings, name: str, token: str, url: str | None, json: bool) -> None:
     """Print a token, which is stored nowhere; the part of a link after # never reaches a server or its log."""
-    link = f"{(url or _base(settings)).rstrip('/')}/sign-in#{token}"
+    link = f"{(url or _server_address(settings)).rstrip('/')}/sign-in#{token}"
     if json:
         print_json({"name": name, "token": token, "link": link})
         return
@@ -256,7 +256,7 @@ def _tell_token(settings: Settings, name: str, token: str, url: str | None, json
     out_console().print(link, soft_wrap=True, markup=False, highlight=False)
 
 
-def _base(settings: Settings) -> str:
+def _server_address(settings: Settings) -> str:
     try:
         return str(json_format.loads((settings.home / "server.json").read_text(encoding="utf-8"))["base"])
     except (OSError, ValueError, KeyError):

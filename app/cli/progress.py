@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from tsr_engine.cli.interrupt import stop_on_interrupt
 from tsr_engine.cli.progress import progress_bar
 
-__all__ = ["counting_steps"]
+__all__ = ["step_counter"]
 
 
 @contextmanager
-def counting_steps(title: str) -> Iterator[Callable[[int, int], None]]:
+def step_counter(title: str) -> Iterator[Callable[[int, int], None]]:
     """Show a progress bar; yields a function to call with the number of steps done and their total.
 
     Raises:

@@ -54,13 +54,13 @@ def record(
     if out.suffix.lower() != ".rrd":
         raise UsageError(f"--out must end with .rrd, because viewers check the extension. Got '{out}'.")
     first, stop = frame_range(frames)
-    from app.cli.progress import counting_steps
-    from app.cli.run_names import named_sources
+    from app.cli.progress import step_counter
+    from app.cli.run_names import find_sources
     from tsr_engine.io.atomic import refuse_inputs
     from tsr_engine.io.opened_file import display_path
     from tsr_engine.recording import RecordingRequest, write_recording
 
-    source = named_sources([name], home, None if video is None else existing(video, "video"), say)[0]
+    source = find_sources([name], home, None if video is None else existing(video, "video"), say)[0]
     refuse_inputs(
         [out], [display_path(p) for p in (source.video.path, source.folder / "evidence.sqlite") if p is not None]
     )
@@ -82,7 +82,7 @@ def record(
         focus_track=focus,
         called=source.display_name,
     )
-    with counting_steps("recording") as progress:
+    with step_counter("recording") as progress:
         report = write_recording(request, progress)
     if picture and source.video.path is None:
         say("warning: the video is missing, so the recording has no picture. Name it with --video.")

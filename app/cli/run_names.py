@@ -12,7 +12,7 @@ from app.storage.ids import RUN_ID
 from tsr_engine.errors import InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence.schema import RUN_FILE
 
-__all__ = ["as_command_error", "named_sources", "track_key"]
+__all__ = ["as_command_error", "find_sources", "track_key"]
 
 
 @contextmanager
@@ -30,12 +30,12 @@ def _command_error(error: ApiError) -> TsrError:
     return StorageError(error.message) if isinstance(error, StorageFull) else InputError(error.message)
 
 
-def _nobody(_sentence: str) -> None:
+def _ignore(_sentence: str) -> None:
     """Nobody asks."""
 
 
-def named_sources(
-    names: Sequence[str], home: Path | None, video: Path | None, report: Callable[[str], None] = _nobody
+def find_sources(
+    names: Sequence[str], home: Path | None, video: Path | None, report: Callable[[str], None] = _ignore
 ) -> list[Source]:
     """Find the runs of names.
 
@@ -50,14 +50,14 @@ def named_sources(
         InputError: there is no such run, or it cannot be exported.
         UsageError: ``video`` with anything else than one bare evidence folder.
     """
-    bare = [name for name in names if _bare(Path(name)) is not None]
+    bare = [name for name in names if _bare_folder(Path(name)) is not None]
     if video is not None and (len(names) != 1 or not bare):
         raise UsageError("--video names the file of one evidence folder. Leave it out for runs of a data folder.")
     sources: list[Source] = []
     for name in names:
-        folder = _bare(Path(name))
+        folder = _bare_folder(Path(name))
         with as_command_error():
-            sources.append(evidence_source(folder, video) if folder is not None else _stored(name, home, report))
+            sources.append(evidence_source(folder, video) if folder is not None else _stored_source(name, home, report))
     return sources
 
 
@@ -67,29 +67,29 @@ def track_key(text: str) -> str:
     return f"m{number}" if number.isdecimal() else text.strip()
 
 
-def _stored(name: str, home: Path | None, report: Callable[[str], None]) -> Source:
+def _stored_source(name: str, home: Path | None, report: Callable[[str], None]) -> Source:
     """A run of a data folder."""
     from app.cli.data_folder import (  # slow to import because of the database
-        describe_choice,
+        describe_run_choice,
+        find_run,
         open_home,
-        run_named,
     )
     from app.exchange.run_sources import run_source
 
-    inside = _inside(Path(name))
+    inside = _data_folder_of(Path(name))
     with open_home(home if inside is None else inside) as (settings, database), database.read() as session:
-        run_id = Path(name).resolve().name if inside is not None else run_named(session, name)
+        run_id = Path(name).resolve().name if inside is not None else find_run(session, name)
         if run_id != Path(name).name:
-            report(describe_choice(session, run_id))
+            report(describe_run_choice(session, run_id))
         return run_source(session, settings, run_id)
 
 
-def _bare(path: Path) -> Path | None:
+def _bare_folder(path: Path) -> Path | None:
     """An evidence folder that belongs to no data folder."""
-    return path if (path / RUN_FILE).is_file() and _inside(path) is None else None
+    return path if (path / RUN_FILE).is_file() and _data_folder_of(path) is None else None
 
 
-def _inside(path: Path) -> Path | None:
+def _data_folder_of(path: Path) -> Path | None:
     """The data folder that contains an evidence folder, and its corrections; None if it belongs to none."""
     folder = path.resolve()
     if not (folder / RUN_FILE).is_file() or not RUN_ID.fullmatch(folder.name) or folder.parent.name != "runs":

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.cli.library import HomeOption, opened_library
+from app.cli.library import HomeOption, open_library
 from tsr_engine.cli.common import JsonOption, out_console, print_json, say
 from tsr_engine.errors import UsageError
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["search"]
 
-_PAGE = 500
-_EVERY = 5.0
+_PAGE_SIZE = 500
+_PROGRESS_INTERVAL_S = 5.0
 """Seconds between two reports of progress."""
 
 Words = list[str]
@@ -87,14 +87,14 @@ def search(
         "runs": "all" if all_runs else "current",
         "sort": sort,
         "order": "asc" if ascending else "desc",
-        "limit": min(limit, _PAGE),
+        "limit": min(limit, _PAGE_SIZE),
     }
     try:
         request = SearchRequest.model_validate(asked)
     except ValidationError as error:
         place, problem = first_problem(error)
         raise UsageError(f"--{place.split('.')[0].replace('_', '-')}: {problem}.") from None
-    with opened_library(home) as (settings, database):
+    with open_library(home) as (settings, database):
         evidence = EvidenceService(settings, database)
         try:
             SearchIndex(database, evidence).read_all(_ProgressPrinter(), rebuild=rebuild)
@@ -115,7 +115,7 @@ class _ProgressPrinter:
         self._said = time.monotonic()
 
     def __call__(self, done: int, of: int) -> None:
-        if time.monotonic() - self._said > _EVERY:
+        if time.monotonic() - self._said > _PROGRESS_INTERVAL_S:
             self._said = time.monotonic()
             say(f"Read {done} of {of} runs for the search.")
 
@@ -127,7 +127,7 @@ def _pages(session: Session, request: SearchRequest, limit: int) -> SearchAnswer
     found = answer(session, request, 0)
     tracks = list(found.tracks)
     while found.next is not None and len(tracks) < limit:
-        rest = {"cursor": found.next, "limit": min(_PAGE, limit - len(tracks))}
+        rest = {"cursor": found.next, "limit": min(_PAGE_SIZE, limit - len(tracks))}
         found = answer(session, request.model_copy(update=rest), 0)
         tracks += found.tracks
     return found.model_copy(update={"tracks": tracks})

@@ -31,11 +31,11 @@ from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.io.locks import is_locked
 
-__all__ = ["ReviewServer", "open_running", "serve", "serving", "show_link"]
+__all__ = ["ReviewServer", "open_link", "open_running", "serve", "server_config"]
 
 _LOCK = "server.lock"
 _RUNNING = "server.json"
-_START = 20.0
+_START_TIMEOUT_S = 20.0
 """Seconds that another server may take to start before it counts as stuck."""
 
 
@@ -54,9 +54,8 @@ class ReviewServer(uvicorn.Server):
         await super().shutdown(sockets)
 
 
-def serving(
-    app: FastAPI, limits: ConnectionLimits | None = None, **options: Any
-) -> uvicorn.Config:  # Any: of each type
+# Any: the options have different types
+def server_config(app: FastAPI, limits: ConnectionLimits | None = None, **options: Any) -> uvicorn.Config:
     """Configure uvicorn for the application; ``options`` are further arguments of ``uvicorn.Config``."""
     protocol = cast(type[asyncio.Protocol], (limits or ConnectionLimits()).protocol)
     return uvicorn.Config(
@@ -77,12 +76,12 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
         UsageError: the port is taken.
         StorageError: another server uses the data folder or its SQLite database, or they cannot be written.
     """
-    locks = _only_one(settings)
+    locks = _lock_data(settings)
     note = settings.home / _RUNNING
     note.unlink(missing_ok=True)  # left by a server that was killed
     listener = _listen(settings)
     port = listener.getsockname()[1]
-    base = f"http://{_shown(settings.host)}:{port}"
+    base = f"http://{_host_in_url(settings.host)}:{port}"
     app = create_app(settings.model_copy(update={"port": port}))
     context = app.state.context
     context.sandboxes.warm()
@@ -93,8 +92,8 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
         added = context.videos.add_path(str(video.resolve()))
         path = f"#/review/{added.id}"
     link = f"{base}{context.sign_in_path()}{path}"
-    server = ReviewServer(serving(app, log_level="warning", access_log=False))
-    threading.Thread(target=_tell_when_ready, args=(server, settings, link, browser), daemon=True).start()
+    server = ReviewServer(server_config(app, log_level="warning", access_log=False))
+    threading.Thread(target=_print_link_when_ready, args=(server, settings, link, browser), daemon=True).start()
     try:
         server.run(sockets=[listener])
     finally:
@@ -116,13 +115,13 @@ def open_running(settings: Settings, video: Path | None, browser: bool, options:
     Raises:
         UsageError: the server refuses the video.
     """
-    until = time.monotonic() + _START
+    until = time.monotonic() + _START_TIMEOUT_S
     # Without a lock no server runs here: its old port may belong to a stranger, who must not get the secret.
     while is_locked(settings.home / _LOCK):
         try:
             link = _ask_for_link(settings, video)
         except urllib.error.HTTPError as error:
-            raise UsageError(f"The running server refused: {_sentence(error)}") from None
+            raise UsageError(f"The running server refused: {_error_message(error)}") from None
         except (OSError, ValueError, KeyError):
             if time.monotonic() > until:
                 return False
@@ -131,9 +130,9 @@ def open_running(settings: Settings, video: Path | None, browser: bool, options:
         say(f"A server runs on {settings.home} already.")
         if options:
             say(f"warning: {', '.join(options)} has no effect there. Stop that server first, then start it with them.")
-        _say_link(settings, link)
+        _print_link(settings, link)
         if browser:
-            show_link(link)
+            open_link(link)
         return True
     return False
 
@@ -157,14 +156,14 @@ def _post(url: str, token: str, body: dict[str, str] | None) -> dict[str, str]:
         return found
 
 
-def _sentence(error: urllib.error.HTTPError) -> str:
+def _error_message(error: urllib.error.HTTPError) -> str:
     try:
         return str(json.load(error)["error"]["message"])
     except (ValueError, KeyError, TypeError):
         return str(error)
 
 
-def _only_one(settings: Settings) -> list[int]:
+def _lock_data(settings: Settings) -> list[int]:
     """Lock the data folder and its SQLite file; the kernel frees the locks when this process ends.
 
     The SQLite file has a separate lock because a server with another data folder may use it too. Locks in the data
@@ -209,29 +208,29 @@ def _listen(settings: Settings) -> socket.socket:
     return listener
 
 
-def _shown(host: str) -> str:
+def _host_in_url(host: str) -> str:
     name = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, host)  # noqa: S104 - compared, not bound
     return f"[{name}]" if ":" in name and not name.startswith("[") else name
 
 
-def _tell_when_ready(server: uvicorn.Server, settings: Settings, link: str, browser: bool) -> None:
+def _print_link_when_ready(server: uvicorn.Server, settings: Settings, link: str, browser: bool) -> None:
     """Print the link when the server accepts connections."""
     until = time.monotonic() + 60
     while not server.started and time.monotonic() < until:
         time.sleep(0.02)
-    _say_link(settings, link)
+    _print_link(settings, link)
     say("Press Ctrl-C to stop. All changes are stored at once.")
     if browser:
-        show_link(link)
+        open_link(link)
 
 
-def show_link(link: str) -> None:
+def open_link(link: str) -> None:
     """Open a page in the browser, or say that there is no browser."""
     if not webbrowser.open(link):
         say("No browser was found. Open the address above in one.")
 
 
-def _say_link(settings: Settings, link: str) -> None:
+def _print_link(settings: Settings, link: str) -> None:
     """Print where the page is."""
     say(f"tsr review on {link}")
     if "/login/" not in link:

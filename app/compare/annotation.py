@@ -41,15 +41,15 @@ def corrected_boxes(engine_tracks: TrackTable, documents: Mapping[str, TrackDoc]
         if key not in index:
             index[key] = len(names)
             names.append(key)
-        shown = effective_track(document, engine.track, stop)
-        label = np.where(shown.class_id == AS_ENGINE, engine.label(document), shown.class_id)
-        n = len(shown.frame)
+        track = effective_track(document, engine.track, stop)
+        labels = np.where(track.class_id == AS_ENGINE, engine.label(document), track.class_id)
+        n = len(track.frame)
         part = TrackTable(
-            frame=shown.frame,
+            frame=track.frame,
             track=np.full(n, index[key]),
-            boxes=shown.boxes,
-            class_id=label,
-            source=np.where(shown.origin == 0, engine.sources(document, shown.frame), NO_SOURCE),
+            boxes=track.boxes,
+            class_id=labels,
+            source=np.where(track.origin == 0, engine.sources(document, track.frame), NO_SOURCE),
             ignore=np.full(n, document.ignore),
         )
         parts.append(part)
@@ -76,8 +76,8 @@ class _Engine:
 
     def label(self, document: TrackDoc) -> int:
         """The engine's class of a document's own track, or of its first piece; -1: none."""
-        own = [int(document.key[1:])] if document.key.startswith("m") else []
-        for track in (*own, *(segment.track for segment in document.segments)):
+        numbers = [int(document.key[1:])] if document.key.startswith("m") else []
+        for track in (*numbers, *(segment.track for segment in document.segments)):
             rows = self._rows(track)
             if len(rows):
                 return int(self._table.class_id[rows[0]])
@@ -88,6 +88,8 @@ class _Engine:
         known: dict[int, int] = {}
         for segment in document.segments:
             rows = self._rows(segment.track)
-            at, source = self._table.frame[rows].tolist(), self._table.source[rows].tolist()
-            known.update({k: s for k, s in zip(at, source, strict=True) if segment.first <= k <= segment.last})
+            frame_numbers, source = self._table.frame[rows].tolist(), self._table.source[rows].tolist()
+            known.update(
+                {k: s for k, s in zip(frame_numbers, source, strict=True) if segment.first <= k <= segment.last}
+            )
         return np.array([known.get(k, NO_SOURCE) for k in frames.tolist()], dtype=np.int64)

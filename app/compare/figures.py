@@ -16,13 +16,23 @@ from tsr_engine.evaluation.matching import Matching
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["FIRST_WORD", "LEAST_WIDTH", "MOST", "OF_CANDIDATE", "Cell", "Confusion", "Figure", "confusion", "figures"]
+__all__ = [
+    "FIRST_UNKNOWN_LABEL",
+    "MAX_PLACES",
+    "MIN_WIDTH",
+    "OF_CANDIDATE",
+    "Cell",
+    "Confusion",
+    "Figure",
+    "confusion",
+    "figures",
+]
 
-LEAST_WIDTH = 20.0
+MIN_WIDTH = 20.0
 """Minimum width of a sign that counts for coverage, identities and classes, px."""
-MOST = 500
+MAX_PLACES = 500
 """Maximum number of places per figure; ``places`` holds their full number."""
-EXACT = 1e-6
+ERROR_TOLERANCE = 1e-6
 """Eq. 7 of boxes that differ only by rounding."""
 OF_CANDIDATE = frozenset({"precision", "switches", "false_tracks"})
 """Figures whose places lie on tracks of the candidate; the page's ``FIGURES`` says the same."""
@@ -51,7 +61,7 @@ class Figure(Model):
     """Error of each place; set if the places are ordered by it."""
 
 
-FIRST_WORD = -10
+FIRST_UNKNOWN_LABEL = -10
 """Labels from here down are words of models that the label set lacks; -1 and -2 have other meanings."""
 
 
@@ -108,20 +118,24 @@ def figures(reference: TrackTable, candidate: TrackTable, found: Matching) -> di
         for f, (a, b) in zip(sign.matched[1:], pairwise(sign.tracks.tolist()), strict=True)
         if a != b
     ]
-    second = [
-        (int(sign.matched[sign.tracks == own[1]][0]), sign.key) for sign, own in zip(seen, ids, strict=True) if own[1:]
+    second_ids = [
+        (int(sign.matched[sign.tracks == tracks_of_sign[1]][0]), sign.key)
+        for sign, tracks_of_sign in zip(seen, ids, strict=True)
+        if tracks_of_sign[1:]
     ]
     used = set(candidate.track[found.candidate].tolist())
     false = _false_tracks(candidate, found, used)
     wrong = [(int(sign.matched[-1]), sign.key) for sign in seen if not sign.right]
-    every = {
-        "precision": _share(len(found.candidate), found.judged, _stretches(candidate, found.false)),
-        "recall": _share(len(found.reference), found.counted, _stretches(reference, found.missed)),
-        "eq7": _worst(reference, found),
+    results = {
+        "precision": _share(len(found.candidate), found.judged, _frame_ranges(candidate, found.false)),
+        "recall": _share(len(found.reference), found.counted, _frame_ranges(reference, found.missed)),
+        "eq7": _mean_error(reference, found),
         "coverage": _share(covered, len(wide), _uncovered(signs)),
-        "fragmentation": _count(_breaks(signs)),
+        "fragmentation": _count(_interruptions(signs)),
         "switches": _count(switches),
-        "ids_per_sign": _figure(sum(map(len, ids)) / len(ids) if ids else None, None, [(f, f, k) for f, k in second]),
+        "ids_per_sign": _figure(
+            sum(map(len, ids)) / len(ids) if ids else None, None, [(f, f, k) for f, k in second_ids]
+        ),
         "signs_found": _share(
             len(seen), len(signs), [(int(s.frames[0]), int(s.frames[-1]), s.key) for s in signs if not len(s.matched)]
         ),
@@ -130,10 +144,10 @@ def figures(reference: TrackTable, candidate: TrackTable, found: Matching) -> di
     }
     of_reference = _Places(reference, found.reference, candidate, found.candidate)
     of_candidate = _Places(candidate, found.candidate, reference, found.reference)
-    found_by = {name: of_candidate if name in OF_CANDIDATE else of_reference for name in every}
+    places_by = {name: of_candidate if name in OF_CANDIDATE else of_reference for name in results}
     return {
-        name: figure.model_copy(update=found_by[name].at(figure.frames, figure.tracks))
-        for name, figure in every.items()
+        name: figure.model_copy(update=places_by[name].at(figure.frames, figure.tracks))
+        for name, figure in results.items()
     }
 
 
@@ -146,33 +160,33 @@ def confusion(
         reference: one side.
         candidate: the other side.
         found: their matching.
-        words: words of the labels from ``FIRST_WORD`` down.
+        words: words of the labels from ``FIRST_UNKNOWN_LABEL`` down.
     """
     frame = np.concatenate(
         [reference.frame[found.reference], reference.frame[found.missed], candidate.frame[found.false]]
     )
     nothing = -2  # unlike -1, a sign of none of the classes
-    ours = np.concatenate(
+    reference_labels = np.concatenate(
         [
             reference.class_id[found.reference],
             reference.class_id[found.missed],
             np.full(len(found.false), nothing),
         ]
     )
-    theirs = np.concatenate(
+    candidate_labels = np.concatenate(
         [candidate.class_id[found.candidate], np.full(len(found.missed), nothing), candidate.class_id[found.false]]
     )
     names = [reference.names[t] for t in reference.track[np.concatenate([found.reference, found.missed])].tolist()]
     names += [candidate.names[t] for t in candidate.track[found.false].tolist()]
-    number = {name: i for i, name in enumerate(dict.fromkeys(names))}
-    track = np.array([number[name] for name in names], dtype=np.int64)
-    spelled = list(number)
+    index_of = {name: i for i, name in enumerate(dict.fromkeys(names))}
+    track = np.array([index_of[name] for name in names], dtype=np.int64)
+    keys = list(index_of)
     of_reference = _Places(reference, found.reference, candidate, found.candidate)
     of_candidate = _Places(candidate, found.candidate, reference, found.reference)
     cells = []
-    for a, b in sorted({*zip(ours.tolist(), theirs.tolist(), strict=True)}):
-        rows = np.flatnonzero((ours == a) & (theirs == b))
-        places = _runs(frame[rows], track[rows], spelled)[:MOST]
+    for a, b in sorted({*zip(reference_labels.tolist(), candidate_labels.tolist(), strict=True)}):
+        rows = np.flatnonzero((reference_labels == a) & (candidate_labels == b))
+        places = _join_frames(frame[rows], track[rows], keys)[:MAX_PLACES]
         firsts, tracks = [p[0] for p in places], [p[2] for p in places]
         cells.append(
             Cell(
@@ -185,7 +199,7 @@ def confusion(
                 **(of_candidate if a == nothing else of_reference).at(firsts, tracks),
             )
         )
-    classes = {int(c) for c in np.concatenate([ours, theirs]) if c != nothing}
+    classes = {int(c) for c in np.concatenate([reference_labels, candidate_labels]) if c != nothing}
     reported = {c: word for c, word in (words or {}).items() if c in classes}
     return Confusion(classes=sorted(classes, key=lambda c: (c < 0, abs(c))), words=reported, cells=cells)
 
@@ -219,7 +233,7 @@ class _Places:
 
 
 def _signs(reference: TrackTable, candidate: TrackTable, found: Matching) -> list[_Sign]:
-    wide = ~reference.ignore & (reference.boxes[:, 2] - reference.boxes[:, 0] >= LEAST_WIDTH)
+    wide = ~reference.ignore & (reference.boxes[:, 2] - reference.boxes[:, 0] >= MIN_WIDTH)
     partner = np.full(len(reference), -1)
     partner[found.reference] = found.candidate
     order = np.argsort(reference.track, kind="stable")
@@ -230,27 +244,27 @@ def _signs(reference: TrackTable, candidate: TrackTable, found: Matching) -> lis
         counted = rows[wide[rows]]
         if not len(counted):
             continue
-        own = rows[partner[rows] >= 0]
+        matched_rows = rows[partner[rows] >= 0]
         labels = reference.class_id[counted]
         values, counts = np.unique(labels, return_counts=True)
-        most = values[counts == counts.max()]
+        most_frequent = values[counts == counts.max()]
         # Among equally frequent labels the first seen wins, as in Counter.most_common.
-        label = next(int(c) for c in labels.tolist() if c in most)
-        last = int(candidate.class_id[partner[own[-1]]]) if len(own) else None
+        label = next(int(c) for c in labels.tolist() if c in most_frequent)
+        last = int(candidate.class_id[partner[matched_rows[-1]]]) if len(matched_rows) else None
         signs.append(
             _Sign(
                 key=key,
                 frames=reference.frame[counted],
                 covered=reference.frame[counted[partner[counted] >= 0]],
-                matched=reference.frame[own],
-                tracks=candidate.track[partner[own]],
+                matched=reference.frame[matched_rows],
+                tracks=candidate.track[partner[matched_rows]],
                 right=last == label,
             )
         )
     return signs
 
 
-def _breaks(signs: list[_Sign]) -> list[tuple[int, str]]:
+def _interruptions(signs: list[_Sign]) -> list[tuple[int, str]]:
     """Frames where a sign's coverage was interrupted and resumed later."""
     found = []
     for sign in signs:
@@ -265,43 +279,43 @@ def _uncovered(signs: list[_Sign]) -> list[_Place]:
     found: list[_Place] = []
     for sign in signs:
         missing = np.setdiff1d(sign.frames, sign.covered, assume_unique=True)
-        found += _runs(missing, np.zeros(len(missing), np.int64), [sign.key])
+        found += _join_frames(missing, np.zeros(len(missing), np.int64), [sign.key])
     return sorted(found)
 
 
-def _false_tracks(candidate: TrackTable, found: Matching, used: set[int]) -> list[tuple[int, str]]:
+def _false_tracks(candidate: TrackTable, found: Matching, matched_tracks: set[int]) -> list[tuple[int, str]]:
     """Tracks without a match whose rows are all false: one excused row excuses its track."""
-    total = np.bincount(candidate.track, minlength=len(candidate.names))
-    wrong = np.bincount(candidate.track[found.false], minlength=len(candidate.names))
-    first: dict[int, int] = {}
+    counts = np.bincount(candidate.track, minlength=len(candidate.names))
+    false_counts = np.bincount(candidate.track[found.false], minlength=len(candidate.names))
+    first_frames: dict[int, int] = {}
     for row in found.false.tolist():
-        first.setdefault(int(candidate.track[row]), int(candidate.frame[row]))
+        first_frames.setdefault(int(candidate.track[row]), int(candidate.frame[row]))
     return [
         (frame, candidate.names[track])
-        for track, frame in first.items()
-        if track not in used and wrong[track] == total[track]
+        for track, frame in first_frames.items()
+        if track not in matched_tracks and false_counts[track] == counts[track]
     ]
 
 
-def _worst(reference: TrackTable, found: Matching) -> Figure:
+def _mean_error(reference: TrackTable, found: Matching) -> Figure:
     """Mean of Eq. 7 over the matches; the places are the inexact matches, worst first."""
-    differing = np.flatnonzero(found.error > EXACT)
-    worst = differing[np.argsort(-found.error[differing], kind="stable")[:MOST]]
+    differing = np.flatnonzero(found.error > ERROR_TOLERANCE)
+    worst = differing[np.argsort(-found.error[differing], kind="stable")[:MAX_PLACES]]
     rows = found.reference[worst]
     places = [
         (f, f, reference.names[t])
         for f, t in zip(reference.frame[rows].tolist(), reference.track[rows].tolist(), strict=True)
     ]
     value = float(found.error.mean()) if len(found.error) else None
-    made = _figure(value, None, places, len(differing))
-    return made.model_copy(update={"errors": found.error[worst].tolist()})
+    figure = _figure(value, None, places, len(differing))
+    return figure.model_copy(update={"errors": found.error[worst].tolist()})
 
 
-def _stretches(table: TrackTable, rows: IntColumn) -> list[_Place]:
-    return _runs(table.frame[rows], table.track[rows], table.names)
+def _frame_ranges(table: TrackTable, rows: IntColumn) -> list[_Place]:
+    return _join_frames(table.frame[rows], table.track[rows], table.names)
 
 
-def _runs(frame: IntColumn, track: IntColumn, keys: tuple[str, ...] | list[str]) -> list[_Place]:
+def _join_frames(frame: IntColumn, track: IntColumn, keys: tuple[str, ...] | list[str]) -> list[_Place]:
     """Join consecutive frames of one track, ordered by first frame."""
     if not len(frame):
         return []
@@ -321,7 +335,7 @@ def _count(places: list[tuple[int, str]]) -> Figure:
 
 
 def _figure(value: float | None, of: tuple[int, int] | None, places: list[_Place], total: int | None = None) -> Figure:
-    cut = places[:MOST]
+    cut = places[:MAX_PLACES]
     return Figure(
         value=value,
         of=of,

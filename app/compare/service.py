@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from app.body_model import Model
 from app.compare.annotation import corrected_boxes
-from app.compare.figures import FIRST_WORD, Confusion, Figure, confusion, figures
+from app.compare.figures import FIRST_UNKNOWN_LABEL, Confusion, Figure, confusion, figures
 from app.edits.log_store import documents_of
 from app.edits.track_name import track_name
 from app.errors import Conflict, Invalid
@@ -24,7 +24,7 @@ __all__ = ["CompareService", "Comparison", "Side"]
 
 MATCH_IOU = 0.5
 """Minimum IoU of a match."""
-_FAR = 2**62
+_NO_LIMIT = 2**62
 
 
 class SideView(Model):
@@ -92,29 +92,40 @@ class CompareService:
             Conflict: a run has no results yet.
         """
         words: dict[str, int] = {}
-        ours, theirs = self._side(reference, "reference", words), self._side(candidate, "candidate", words)
-        if ours.video_id != theirs.video_id:
+        reference_side = self._side(reference, "reference", words)
+        candidate_side = self._side(candidate, "candidate", words)
+        if reference_side.video_id != candidate_side.video_id:
             raise Invalid("The two sides belong to different videos. Choose two of the same video.", field="candidate")
-        first, last = max(ours.first, theirs.first), min(ours.last, theirs.last)
+        first, last = max(reference_side.first, candidate_side.first), min(reference_side.last, candidate_side.last)
         if first > last:
             raise Invalid(
-                f"{ours.name} and {theirs.name} have no frame in common. Choose two that overlap.", field="candidate"
+                f"{reference_side.name} and {candidate_side.name} have no frame in common. Choose two that overlap.",
+                field="candidate",
             )
-        width, height = self._picture(ours.video_id)
+        width, height = self._picture(reference_side.video_id)
         # only the engine's boxes may extend past the edge of the picture
-        a, b = (side.boxes.within(first, last + 1).inside(width, height) for side in (ours, theirs))
-        found = match(a, b, MATCH_IOU)
+        reference_boxes, candidate_boxes = (
+            side.boxes.within(first, last + 1).inside(width, height) for side in (reference_side, candidate_side)
+        )
+        found = match(reference_boxes, candidate_boxes, MATCH_IOU)
+        if last == _NO_LIMIT:
+            last = min(last, max([first, *reference_boxes.frame[-1:].tolist(), *candidate_boxes.frame[-1:].tolist()]))
         return Comparison(
-            video_id=ours.video_id,
+            video_id=reference_side.video_id,
             width=width,
             height=height,
             reference=reference,
             candidate=candidate,
-            sides={"reference": _view(ours, a), "candidate": _view(theirs, b)},
+            sides={
+                "reference": _view(reference_side, reference_boxes),
+                "candidate": _view(candidate_side, candidate_boxes),
+            },
             first=first,
-            last=min(last, max([first, *a.frame[-1:].tolist(), *b.frame[-1:].tolist()])) if last == _FAR else last,
-            figures=figures(a, b, found),
-            confusion=confusion(a, b, found, {number: word for word, number in words.items()}),
+            last=last,
+            figures=figures(reference_boxes, candidate_boxes, found),
+            confusion=confusion(
+                reference_boxes, candidate_boxes, found, {number: word for word, number in words.items()}
+            ),
         )
 
     def _picture(self, video_id: str) -> tuple[int, int]:
@@ -132,7 +143,7 @@ class CompareService:
             video_id, title, table = self._ground_truths.boxes(identity)
             with self._database.read() as session:
                 labels = labels_of_video(session, video_id)
-            return Side(kind, video_id, title, resolved(table, labels), 0, _FAR)
+            return Side(kind, video_id, title, resolved(table, labels), 0, _NO_LIMIT)
         if kind not in ("run", "annotation"):
             raise Invalid(f"Name a run:ID, an annotation:RUN or a truth:ID. Got {name[:60]!r}.", field=field)
         run = self._evidence.stored_run(identity)
@@ -142,7 +153,7 @@ class CompareService:
         span = self._evidence.stored_frames(run.id)
         if span is None:
             raise Conflict(f"{title} has no results yet. Wait for its first frames.", code="no_evidence")
-        table = self._evidence.boxes(run.id, lambda word: words.setdefault(word, FIRST_WORD - len(words)))
+        table = self._evidence.boxes(run.id, lambda word: words.setdefault(word, FIRST_UNKNOWN_LABEL - len(words)))
         if kind == "run":
             return Side(kind, run.video_id, title, table, *span, edited=bool(documents))
         names = {key: track_name(key, doc) for key, doc in documents.items() if key.startswith("h")}

@@ -299,5 +299,5 @@ def _label(doc: TrackDoc, run: EngineRun) -> int:
     """The label of a document; -1: unknown, or none of the classes."""
     if doc.class_id is not None:
         return doc.class_id
-    track = doc.began_as()
+    track = doc.original_track()
     return -1 if track is None else run.label.get(track, -1)

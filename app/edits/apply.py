@@ -41,7 +41,7 @@ def with_class(docs: Docs, command: c.Command, label: Callable[[int], int | None
     doc = docs.get(command.key)
     if doc is None or doc.class_id is not None:
         return command
-    track = doc.began_as()
+    track = doc.original_track()
     return command.model_copy(update={"class_id": None if track is None else label(track)})
 
 

@@ -73,7 +73,7 @@ class BulkEdits:
             others = {k: doc for k, doc in present.items() if k not in adopted_names}
             adoption = adopt_documents(docs, *tracks, others, known_frames(session, run))
             for key, documents in adoption.changed.items():
-                if not all(name in present and present[name].same(doc) for name, doc in documents.items()):
+                if not all(name in present and present[name].has_same_content(doc) for name, doc in documents.items()):
                     before = {name: present.get(name) or self._log.untouched_document(run, name) for name in documents}
                     command = {"name": "adopt", "from_run": from_run, "key": key}
                     self.record(session, run, author, command, before, documents)
@@ -172,7 +172,7 @@ class BulkEdits:
                     except CommandError as error:
                         stayed[key] = str(error).rstrip(".")
                         continue
-                    if not changed.same(doc):
+                    if not changed.has_same_content(doc):
                         after[key] = changed
             require_known_labels(after.values(), labels_of_run(session, run))
             if after:

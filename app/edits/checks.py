@@ -209,7 +209,7 @@ def require_attribute(
     own_key = doc.keys.get(str(command.frame)) if command.from_here else None
     class_id = doc.class_id if own_key is None or own_key.class_id is None else own_key.class_id
     if class_id is None:
-        track = doc.began_as()
+        track = doc.original_track()
         class_id = None if track is None else engine(track)
     label = None if class_id is None else labels.get(labels.resolved(class_id))
     if label is None:

@@ -239,7 +239,7 @@ class TrackDoc(Model):
         """Return the last frame with a key frame or note; None: there is none."""
         return max((*map(int, self.keys), *(note.frame for note in self.notes)), default=None)
 
-    def began_as(self) -> int | None:
+    def original_track(self) -> int | None:
         """Return the engine's track whose label applies if people give none; None: there is none."""
         if self.key.startswith("m"):
             return int(self.key[1:])
@@ -262,7 +262,7 @@ class TrackDoc(Model):
         (piece,) = self.segments
         return self.key == f"m{piece.track}" and piece.first <= span[0] and span[1] <= piece.last
 
-    def same(self, other: TrackDoc) -> bool:
+    def has_same_content(self, other: TrackDoc) -> bool:
         """Whether the documents are equal apart from their revision."""
         return self.model_copy(update={"revision": other.revision}) == other
 

@@ -110,5 +110,7 @@ def adopted_keys(session: Session, run_id: str, from_run: str, present: Mapping[
         if op_id in adoptions or reverts in adoptions:
             documents.update(after)
     return {
-        key for key, doc in present.items() if key in documents and doc.same(TrackDoc.model_validate(documents[key]))
+        key
+        for key, doc in present.items()
+        if key in documents and doc.has_same_content(TrackDoc.model_validate(documents[key]))
     }

@@ -49,7 +49,7 @@ class EditService:
             docs = list(documents_of(session, run_id).values())
             return Annotation(seq=newest_edit(session, run_id), docs=docs, undo=undo, redo=redo)
 
-    def log(self, run_id: str, after: int, most: int = 1000) -> list[LogEntry]:
+    def log(self, run_id: str, after: int, limit: int = 1000) -> list[LogEntry]:
         """Rows of the log after a number.
 
         Raises:
@@ -57,7 +57,7 @@ class EditService:
         """
         with self._log.database.read() as session:
             require_run(session, run_id)
-            query = select(Edit).where(Edit.run_id == run_id, Edit.seq > after).order_by(Edit.seq).limit(most)
+            query = select(Edit).where(Edit.run_id == run_id, Edit.seq > after).order_by(Edit.seq).limit(limit)
             return [log_entry(edit) for edit in session.scalars(query)]
 
     def apply(

@@ -56,6 +56,6 @@ def clip(segments: tuple[Segment, ...], first: int, last: int) -> tuple[Segment,
 
 def _with_class(doc: TrackDoc, class_id: int | None) -> TrackDoc:
     """Set the class that the document showed, if it has lost the segment with the engine's label."""
-    if doc.class_id is not None or doc.began_as() is not None:
+    if doc.class_id is not None or doc.original_track() is not None:
         return doc
     return doc.model_copy(update={"class_id": class_id})

@@ -173,4 +173,4 @@ def _is_unchanged(present: TrackDoc | None, left: TrackDoc | None) -> bool:
     """Whether a track is still what an operation left, apart from its revision."""
     if left is None:
         return present is None or present.gone
-    return present is not None and present.same(left)
+    return present is not None and present.has_same_content(left)

@@ -74,7 +74,7 @@ class EvidenceService:
 
         Raises:
             NotFound: no such run.
-            Elsewhere: it lies on another server.
+            OnOtherServer: it lies on another server.
             Busy: it is still being fetched from the shared files.
         """
         with self._database.read() as session:
@@ -92,7 +92,7 @@ class EvidenceService:
         Raises:
             Conflict: the run has no results yet, or its evidence is missing.
         """
-        if not run.begun:
+        if not run.has_results:
             raise Conflict("The run has no results yet. Wait for its first frames.", code="no_evidence")
         with self._pool.reading(run.folder) as reader:
             yield reader

@@ -35,7 +35,7 @@ class StoredRun:
         return self.state == "complete"
 
     @property
-    def begun(self) -> bool:
+    def has_results(self) -> bool:
         """Whether the run has results."""
         return (self.folder / RUN_FILE).is_file()
 
@@ -45,9 +45,9 @@ class StoredRun:
         Raises:
             Conflict: the run is complete, but its evidence is missing.
         """
-        if self.complete and not self.begun:
+        if self.complete and not self.has_results:
             raise Conflict(f"The run's evidence is missing. Put {self.folder} back.", code="evidence_gone")
-        return self.begun
+        return self.has_results
 
     @property
     def tau(self) -> float:

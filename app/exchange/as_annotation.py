@@ -111,7 +111,7 @@ def annotate(
             own_label = shown[key].label if base.class_id is None else engine_label(base, labels)
             document, is_thinned = merge_import(track, matched, base, own_label, THIN_PX)
         document = _with_track_values(document, track, old, author)
-        if key in present and present[key].same(document) and not untouched:  # imported before
+        if key in present and present[key].has_same_content(document) and not untouched:  # imported before
             result.same += 1
             continue
         result.documents[key] = document

@@ -44,7 +44,7 @@ def marks(tracks: Iterable[Track], numbers: Mapping[str, int], author: str) -> d
                 "ignore": is_ignored(track),
             }
         )
-        if not marked.same(untouched):
+        if not marked.has_same_content(untouched):
             found[untouched.key] = untouched, marked
     return found
 

@@ -208,13 +208,13 @@ class _KeyFrameBuilder:
                 self.keys[str(frame)] = wanted
         last, line = self.keys.get(str(b)), self._base.line_at(b)
         if line is not None and (last is None or last.box is None):  # the line must not continue to the next key frame
-            carried = self._carried()
+            carried = self._last_key_frame()
             last = KeyFrame(occluded=carried.occluded, attributes=carried.attributes) if last is None else last
             self.keys[str(b)] = last.model_copy(update={"box": line, "interpolate": False})
 
     def _at(self, frame: int, *, begins: bool) -> KeyFrame | None:
         """The key frame that is needed there; None: the current values already apply."""
-        own, carried = self._base.keys.get(str(frame)), self._carried()
+        own, carried = self._base.keys.get(str(frame)), self._last_key_frame()
         line = self._base.line_at(frame)
         # a line without an end would end at one of the new key frames
         continues = line is not None and self._base.line_at(frame + 1) is not None
@@ -239,11 +239,11 @@ class _KeyFrameBuilder:
     def _attributes(self, frame: int) -> dict[str, AttributeValue]:
         """The attributes from a frame on: the file's, or else the document's."""
         if self._answers is not None:
-            return self._answers.get(frame, self._carried().attributes)
+            return self._answers.get(frame, self._last_key_frame().attributes)
         before = self._base.last_key(frame)
         return {} if before is None else self._base.keys[str(before)].attributes
 
-    def _carried(self) -> KeyFrame:
+    def _last_key_frame(self) -> KeyFrame:
         return self.keys[next(reversed(self.keys))] if self.keys else KeyFrame()
 
 

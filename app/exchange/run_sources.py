@@ -35,7 +35,7 @@ def run_source(session: Session, settings: Settings, run_id: str) -> Source:
     Raises:
         NotFound: no such run.
         Conflict: it is not complete, or has no results.
-        Elsewhere: it lies on another server.
+        OnOtherServer: it lies on another server.
     """
     run = _require_finished(session, settings, run_id)
     folder = ensure_local(settings, run.place, run.folder)
@@ -50,7 +50,7 @@ def require_exportable(session: Session, settings: Settings, run_id: str, video_
     """Refuse a run that ``run_source`` refuses, and a run of another video.
 
     Raises:
-        NotFound, Conflict, Elsewhere: as for ``run_source``.
+        NotFound, Conflict, OnOtherServer: as for ``run_source``.
         Invalid: the run belongs to another video.
     """
     if _require_finished(session, settings, run_id).video_id != video_id:

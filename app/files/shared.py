@@ -100,7 +100,7 @@ class SharedFiles:
             raise StorageError("This data folder has never used the shared files. Start 'tsr review' on it first.")
         return self._id
 
-    def enter(self) -> str | None:
+    def prepare(self) -> str | None:
         """Read the id of the shared files, and remove what interrupted fetches have left.
 
         Returns:

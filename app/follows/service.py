@@ -112,7 +112,7 @@ class FollowService:
         Raises:
             NotFound: no such run.
         """
-        with self._database.query() as session:
+        with self._database.read_once() as session:
             require_run(session, run_id)
         self._jobs.notify_standby(("follow", {"run_id": run_id, "frame": frame}))
 

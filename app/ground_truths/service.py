@@ -18,9 +18,9 @@ from app.storage.models import GroundTruth
 from tsr_engine.evaluation.track_tables import truth_table
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["MOST_FRAMES", "GroundTruthService"]
+__all__ = ["MAX_FRAMES", "GroundTruthService"]
 
-MOST_FRAMES = 256
+MAX_FRAMES = 256
 """Maximum number of frames in a request."""
 
 
@@ -97,8 +97,8 @@ class GroundTruthService:
             NotFound: no such ground truth.
             Invalid: the window is empty or too long.
         """
-        if not first <= last < first + MOST_FRAMES:
-            raise Invalid(f"Request 1 to {MOST_FRAMES} frames. Got {first} to {last}.", field="last")
+        if not first <= last < first + MAX_FRAMES:
+            raise Invalid(f"Request 1 to {MAX_FRAMES} frames. Got {first} to {last}.", field="last")
         rows = self.rows(truth_id)[2]
         return rows[slice(*np.searchsorted(rows[:, 0], [first, last + 1]))]
 

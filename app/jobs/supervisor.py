@@ -162,7 +162,7 @@ class Supervisor:
         """
         while not wait(_TURN_S):
             try:
-                self.turn()
+                self.check_workers()
             except (SQLAlchemyError, OSError) as error:
                 self._log_once.failed(error)
                 self._heartbeats.clear()  # workers that could not write a heartbeat meanwhile get another minute
@@ -170,7 +170,7 @@ class Supervisor:
             else:
                 self._log_once.recovered()
 
-    def turn(self) -> None:
+    def check_workers(self) -> None:
         """Clean up after dead workers, stop cancelled ones, and start missing ones."""
         self._reap()
         running, waiting = self._queue()

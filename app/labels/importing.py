@@ -5,7 +5,7 @@ from __future__ import annotations
 from sqlalchemy.orm import Session
 
 from app.errors import Invalid, NotFound
-from app.labels.pictures import is_there
+from app.labels.pictures import picture_exists
 from app.labels.service import LabelService
 from app.labels.store import newest, start
 from app.labels.views import Brought, KnownLabel, RefusedLabel, label_view
@@ -15,11 +15,11 @@ from tsr_engine.labels.changes import Changed
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.plural import plural
 
-__all__ = ["bring_labels"]
+__all__ = ["import_file_labels"]
 
 
-def bring_labels(
-    service: LabelService, key: str, author: str, found: FileLabels, *, create: bool = False, file: str = ""
+def import_file_labels(
+    service: LabelService, key: str, author: str, content: FileLabels, *, create: bool = False, file: str = ""
 ) -> Brought:
     """Add the labels of a file that a set lacks.
 
@@ -27,7 +27,7 @@ def bring_labels(
         service: of the library.
         key: key of the set.
         author: author of the change.
-        found: contents of the file.
+        content: contents of the file.
         create: make the set from the file if no set has that key; it then has the ids of the file.
         file: file name, for the history.
 
@@ -35,38 +35,44 @@ def bring_labels(
         NotFound: no such set.
         Invalid: the set would become too large, or the file has no usable label.
     """
-    if not len(found.labels):
-        raise Invalid(f"No label of the file can be used: {found.refused[0].reason}", field="body")
-    reported = list(found.reported)
+    if not len(content.labels):
+        raise Invalid(f"No label of the file can be used: {content.refused[0].reason}", field="body")
+    reported = list(content.reported)
     adopted: Adopted | None = None
 
-    def make(session: Session, labels: LabelSet) -> Changed:
+    def adopt(session: Session, labels: LabelSet) -> Changed:
         nonlocal adopted
-        adopted = adopt_labels(labels, _with_pictures_here(session, found.labels, reported))
+        adopted = adopt_labels(labels, _without_missing_pictures(session, content.labels, reported))
         return adopted.changed
 
-    def first(session: Session) -> LabelSet | None:
+    def create_set(session: Session) -> LabelSet | None:
         """The set of the file; None: a set with that key exists."""
         try:
             newest(session, key)
         except NotFound:
-            content = _with_pictures_here(session, found.labels, reported)
-            made = content.model_copy(update={"key": key, "version": 1})
-            start(session, made, author, f"Made from {file}." if file else "Made from a file.")
-            return made
+            labels = _without_missing_pictures(session, content.labels, reported)
+            created = labels.model_copy(update={"key": key, "version": 1})
+            start(session, created, author, f"Made from {file}." if file else "Made from a file.")
+            return created
         return None
 
-    made = service.begin(key, first) if create else None
-    refused = [RefusedLabel(name=each.name, reason=each.reason) for each in found.refused]
-    if made is not None:
-        views = [label_view(made, label) for label in made]
-        sentence = f"Made the set '{made.name}' (key {made.key}) with {plural(len(made), 'label')}."
+    created = service.create(key, create_set) if create else None
+    refused = [RefusedLabel(name=each.name, reason=each.reason) for each in content.refused]
+    if created is not None:
+        views = [label_view(created, label) for label in created]
+        sentence = f"Made the set '{created.name}' (key {created.key}) with {plural(len(created), 'label')}."
         return Brought(
-            version=1, sentence=sentence, created=True, added=views, known=[], refused=refused, reported=_once(reported)
+            version=1,
+            sentence=sentence,
+            created=True,
+            added=views,
+            known=[],
+            refused=refused,
+            reported=_without_repeats(reported),
         )
-    labels, changed = service.write(key, author, make)
+    labels, changed = service.write(key, author, adopt)
     assert adopted is not None
-    names = {label.key: label.name for label in found.labels}
+    names = {label.key: label.name for label in content.labels}
     known = [KnownLabel(name=names[theirs], id=ours.id, key=ours.key) for theirs, ours in adopted.known.items()]
     return Brought(
         version=labels.version,
@@ -75,24 +81,24 @@ def bring_labels(
         added=[label_view(labels, label) for label in adopted.added],
         known=known,
         refused=refused,
-        reported=_once(reported),
+        reported=_without_repeats(reported),
     )
 
 
-def _with_pictures_here(session: Session, labels: LabelSet, reported: list[str]) -> LabelSet:
+def _without_missing_pictures(session: Session, labels: LabelSet, reported: list[str]) -> LabelSet:
     """The set without pictures that the library lacks, because a file names pictures but does not contain them."""
-    content = []
+    kept = []
     for label in labels:
-        if is_there(session, label.pictogram):
-            content.append(label)
+        if picture_exists(session, label.pictogram):
+            kept.append(label)
         else:
             reported.append(
                 f"The picture of '{label.name}' was left out: the file does not contain it, and the library lacks it."
             )
-            content.append(label.model_copy(update={"pictogram": ""}))
-    return labels.model_copy(update={"labels": tuple(content)})
+            kept.append(label.model_copy(update={"pictogram": ""}))
+    return labels.model_copy(update={"labels": tuple(kept)})
 
 
-def _once(sentences: list[str]) -> list[str]:
+def _without_repeats(sentences: list[str]) -> list[str]:
     """Sentences without repetitions from a second attempt."""
     return list(dict.fromkeys(sentences))

@@ -22,10 +22,10 @@ from app.storage.database import Database
 from app.storage.models import LabelPicture
 from tsr_engine.pictograms import draw, names
 
-__all__ = ["MOST_BYTES", "MOST_SIDE", "Pictograms", "is_there", "store_picture"]
+__all__ = ["MAX_BYTES", "MAX_SIDE", "Pictograms", "picture_exists", "store_picture"]
 
-MOST_BYTES: Final = 256 * 1024
-MOST_SIDE: Final = 512
+MAX_BYTES: Final = 256 * 1024
+MAX_SIDE: Final = 512
 """Pixels."""
 _STORED = "sha256:"
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
@@ -34,15 +34,15 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 class Pictograms:
     """The pictures of labels as square PNG files."""
 
-    def __init__(self, database: Database, most: int = 1024) -> None:
+    def __init__(self, database: Database, max_cached: int = 1024) -> None:
         """Make an empty cache.
 
         Args:
             database: with the stored pictures.
-            most: number of cached files.
+            max_cached: number of cached files.
         """
         self._database = database
-        self._most = most
+        self._max_cached = max_cached
         self._lock = threading.Lock()
         self._drawn: OrderedDict[tuple[str, int], bytes] = OrderedDict()
 
@@ -66,7 +66,7 @@ class Pictograms:
         content = code.tobytes()
         with self._lock:
             self._drawn[key] = content
-            while len(self._drawn) > self._most:
+            while len(self._drawn) > self._max_cached:
                 self._drawn.popitem(last=False)
         return content
 
@@ -87,7 +87,7 @@ class Pictograms:
         return square
 
 
-def is_there(session: Session, pictogram: str) -> bool:
+def picture_exists(session: Session, pictogram: str) -> bool:
     """Whether a picture with this name exists; the empty name means no picture and is valid."""
     if pictogram.startswith(_STORED):
         return session.get(LabelPicture, pictogram.removeprefix(_STORED)) is not None
@@ -120,13 +120,13 @@ def store_picture(session: Session, text: str) -> str:
 
 def _clean(data: bytes) -> bytes:
     """Encode the pixels again as RGBA, so that nothing else of the sent file is kept."""
-    if len(data) > MOST_BYTES:
-        raise Invalid(f"The picture has {len(data)} bytes; the limit is {MOST_BYTES}.", field="png")
+    if len(data) > MAX_BYTES:
+        raise Invalid(f"The picture has {len(data)} bytes; the limit is {MAX_BYTES}.", field="png")
     if not data.startswith(_SIGNATURE) or len(data) < 33:
         raise Invalid("The picture is not a PNG file.", field="png")
     width, height = struct.unpack(">II", data[16:24])
-    if not (1 <= width <= MOST_SIDE and 1 <= height <= MOST_SIDE):
-        raise Invalid(f"The picture is {width} x {height} px; the limit is {MOST_SIDE} px per side.", field="png")
+    if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
+        raise Invalid(f"The picture is {width} x {height} px; the limit is {MAX_SIDE} px per side.", field="png")
     try:
         with Image.open(io.BytesIO(data), formats=("PNG",)) as image:
             pixels = image.convert("RGBA")

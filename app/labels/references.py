@@ -11,19 +11,19 @@ from app.labels.store import default_key
 from app.storage.ground_truth_rows import COLUMNS, unpack
 from app.storage.models import Edit, GroundTruth, Run, TrackDocument, Video
 
-__all__ = ["is_imported", "mentioned_ids", "uses"]
+__all__ = ["is_imported", "referenced_ids", "videos_using"]
 
 _CLASS = re.compile(r'"class_id": ?([0-9]+)')
 _TRUTH_CLASS = COLUMNS.index("class_id")
 
 
-def uses(session: Session, key: str) -> ColumnElement[bool]:
+def videos_using(session: Session, key: str) -> ColumnElement[bool]:
     """Condition on ``videos``: the video uses this set."""
-    own = Video.label_set == key
-    return or_(own, Video.label_set.is_(None)) if key == default_key(session) else own
+    chosen = Video.label_set == key
+    return or_(chosen, Video.label_set.is_(None)) if key == default_key(session) else chosen
 
 
-def mentioned_ids(session: Session, videos: ColumnElement[bool]) -> set[int]:
+def referenced_ids(session: Session, videos: ColumnElement[bool]) -> set[int]:
     """Return the ids in documents of tracks, in the log of edits (undo brings them back) and in ground truths.
 
     Args:

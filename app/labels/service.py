@@ -22,8 +22,8 @@ from app.labels.commands import (
     ShowLabel,
     UndoChange,
 )
-from app.labels.pictures import is_there, store_picture
-from app.labels.references import is_imported, mentioned_ids, uses
+from app.labels.pictures import picture_exists, store_picture
+from app.labels.references import is_imported, referenced_ids, videos_using
 from app.labels.store import (
     added_by,
     append,
@@ -56,7 +56,7 @@ from tsr_engine.labels.undo import undo_change
 
 __all__ = ["LabelService"]
 
-_TRIES = 50
+_MAX_ATTEMPTS = 50
 """Attempts to change a set while others change it too."""
 
 Make = Callable[[Session, LabelSet], Changed]
@@ -161,7 +161,9 @@ class LabelService:
             Invalid: the change breaks a rule of label sets.
         """
         undoes = change.version if isinstance(change, UndoChange) else None
-        labels, changed = self.write(key, author, lambda session, labels: _made(session, labels, change), undoes)
+        labels, changed = self.write(
+            key, author, lambda session, labels: _apply_change(session, labels, change), undoes
+        )
         shown = None if changed.label is None else label_view(labels, changed.label)
         return Change(version=labels.version, label=shown, sentence=changed.sentence)
 
@@ -173,7 +175,7 @@ class LabelService:
             ApiError: ``make`` raised it.
             Busy: other people keep changing the set.
         """
-        for _ in range(_TRIES):
+        for _ in range(_MAX_ATTEMPTS):
             try:
                 with self._database.write() as session:
                     labels = newest(session, key)
@@ -189,7 +191,7 @@ class LabelService:
             return changed.labels, changed
         raise Busy(f"Too many people are changing the label set {key!r}. Repeat the request later.")
 
-    def begin(self, key: str, make: Callable[[Session], LabelSet | None]) -> LabelSet | None:
+    def create(self, key: str, make: Callable[[Session], LabelSet | None]) -> LabelSet | None:
         """Store the first version of a set; ``make`` is called again if another person was faster.
 
         Args:
@@ -199,7 +201,7 @@ class LabelService:
         Raises:
             Busy: other people keep making a set with that key.
         """
-        for _ in range(_TRIES):
+        for _ in range(_MAX_ATTEMPTS):
             try:
                 with self._database.write() as session:
                     made = make(session)
@@ -221,7 +223,7 @@ class LabelService:
         with self._database.write() as session:
             present, wanted = default_key(session), newest(session, key)
             if key != present:
-                self._require_same(session, newest(session, present), wanted, Video.label_set.is_(None))
+                self._require_same_meaning(session, newest(session, present), wanted, Video.label_set.is_(None))
                 session.add(LabelSetDefault(set_key=key))
                 self._events.publish(session, "labels", key, {"version": wanted.version})
             return _set_view(wanted, key)
@@ -238,7 +240,7 @@ class LabelService:
             default = default_key(session)
             wanted = newest(session, key or default)
             if wanted.key != present.key:
-                self._require_same(session, present, wanted, Video.id == video_id)
+                self._require_same_meaning(session, present, wanted, Video.id == video_id)
             video = session.get(Video, video_id)
             assert video is not None
             if video.label_set != key:
@@ -247,17 +249,20 @@ class LabelService:
                 self._events.publish(session, "labels", wanted.key, {"version": wanted.version})
             return _set_view(wanted, default)
 
-    def _require_same(self, session: Session, present: LabelSet, wanted: LabelSet, videos: ColumnElement[bool]) -> None:
+    def _require_same_meaning(
+        self, session: Session, present: LabelSet, wanted: LabelSet, videos: ColumnElement[bool]
+    ) -> None:
         """Refuse a set in which label ids of stored data have another meaning."""
-        ours, theirs = ({label.id: label for label in labels} for labels in (present, wanted))
-        for number in sorted(mentioned_ids(session, videos)):
-            here, there = ours.get(number), theirs.get(number)
-            if here is not None and (there is None or there.key.casefold() != here.key.casefold()):
-                now = "missing" if there is None else f"'{there.name}'"
+        present_labels, wanted_labels = ({label.id: label for label in labels} for labels in (present, wanted))
+        for number in sorted(referenced_ids(session, videos)):
+            present_label, wanted_label = present_labels.get(number), wanted_labels.get(number)
+            if present_label is not None and (
+                wanted_label is None or wanted_label.key.casefold() != present_label.key.casefold()
+            ):
+                replacement = "missing" if wanted_label is None else f"'{wanted_label.name}'"
                 raise Conflict(
-                    f"Edits or ground truths use label {number}, '{here.name}', which is {now} in '{wanted.name}'. "
-                    "Bring the "
-                    f"labels of '{wanted.name}' into '{present.name}' instead.",
+                    f"Edits or ground truths use label {number}, '{present_label.name}', which is {replacement} in "
+                    f"'{wanted.name}'. Bring the labels of '{wanted.name}' into '{present.name}' instead.",
                     field="set",
                     code="labels_in_use",
                 )
@@ -268,10 +273,10 @@ def _set_view(labels: LabelSet, default: str) -> LabelSetView:
     return LabelSetView.from_row(labels, labels=len(labels), default=is_default, shipped=shipped)
 
 
-def _made(session: Session, labels: LabelSet, change: LabelChange) -> Changed:
+def _apply_change(session: Session, labels: LabelSet, change: LabelChange) -> Changed:
     """The next version, after a change."""
     if isinstance(change, AddLabel):
-        if not is_there(session, change.pictogram):
+        if not picture_exists(session, change.pictogram):
             raise Invalid(f"There is no picture {change.pictogram!r}.", field="pictogram")
         return add_label(labels, change.facts())
     if isinstance(change, MergeLabels):
@@ -283,27 +288,27 @@ def _made(session: Session, labels: LabelSet, change: LabelChange) -> Changed:
     if isinstance(change, SetPicture):
         return set_picture(labels, change.id, "" if change.png is None else store_picture(session, change.png))
     if isinstance(change, UndoChange):
-        return _undone(session, labels, change.version)
+        return _undo_change(session, labels, change.version)
     if isinstance(change, AdoptSet):
         return adopt_labels(labels, newest(session, change.set)).changed
     return update_label(labels, change.id, change.facts())
 
 
-def _undone(session: Session, labels: LabelSet, version: int) -> Changed:
+def _undo_change(session: Session, labels: LabelSet, version: int) -> Changed:
     after = at_version(session, labels.key, version)
     if version == 1:
         raise Invalid("Version 1 is the first version of the set, so there is no change to undo.", field="version")
     before = at_version(session, labels.key, version - 1)
     row = session.get(LabelSetVersion, (labels.key, version))
     assert row is not None
-    mentioned: set[int] | None = None
+    referenced: set[int] | None = None
     imported = is_imported(session, labels.key)
 
     def used(label_id: int) -> bool:
-        nonlocal mentioned
-        if mentioned is None:
-            mentioned = mentioned_ids(session, uses(session, labels.key))
-        return imported or label_id in mentioned
+        nonlocal referenced
+        if referenced is None:
+            referenced = referenced_ids(session, videos_using(session, labels.key))
+        return imported or label_id in referenced
 
     return undo_change(labels, before, after, row.sentence, used)
 

@@ -32,7 +32,7 @@ __all__ = [
 
 SET_KEY = r"^[a-z0-9][a-z0-9._-]{0,63}$"
 """Pattern of the key of a set."""
-_CAME = "Came with tsr."
+_SHIPPED_SENTENCE = "Came with tsr."
 
 
 def _newest_document(key: ColumnElement[str]) -> Select[bytes]:
@@ -115,7 +115,7 @@ def append(session: Session, before: LabelSet, changed: Changed, author: str, un
     If another person was faster, the next flush raises ``IntegrityError``, because the version exists already.
     """
     if before.version == 1 and session.get(LabelSetVersion, (before.key, 1)) is None:
-        start(session, before, "", _CAME)
+        start(session, before, "", _SHIPPED_SENTENCE)
     _add(session, changed.labels, author, changed.sentence, undoes)
     session.flush()
 
@@ -137,7 +137,11 @@ def history(session: Session, key: str) -> list[LabelSetVersion]:
     found = list(session.scalars(rows))
     if not found:
         labels = _as_shipped(key)
-        found = [LabelSetVersion(key=key, version=1, author="", sentence=_CAME, undoes=None, next_id=labels.next_id)]
+        found = [
+            LabelSetVersion(
+                key=key, version=1, author="", sentence=_SHIPPED_SENTENCE, undoes=None, next_id=labels.next_id
+            )
+        ]
     return found
 
 

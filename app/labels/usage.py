@@ -6,7 +6,7 @@ from sqlalchemy import distinct, func, select
 from sqlalchemy.orm import Session
 
 from app.body_model import Model
-from app.labels.references import uses
+from app.labels.references import videos_using
 from app.labels.store import newest
 from app.storage.database import Database
 from app.storage.models import Run, TrackDocument, Video
@@ -44,7 +44,7 @@ def _counted(session: Session, key: str) -> dict[int, LabelUse]:
         select(label, TrackDocument.run_id, TrackDocument.key, Run.video_id)
         .join(Run, Run.id == TrackDocument.run_id)
         .join(Video, Video.id == Run.video_id)
-        .where(uses(session, key), gone.is_(False))
+        .where(videos_using(session, key), gone.is_(False))
         .subquery()
     )
     rows = session.execute(

@@ -67,7 +67,7 @@ class Directory:
         with self._lock:
             before = self._generation
             try:
-                with self._database.query() as session:
+                with self._database.read_once() as session:
                     self._empty = session.scalars(select(Person.id).limit(1)).first() is None
             except (DBAPIError, PoolTimeout):
                 if not self._empty or self._valid_until == 0.0:
@@ -89,7 +89,7 @@ class Directory:
             kind: ``token`` or ``session``.
         """
         hashed = hash_of(secret)
-        with self._database.query() as session:
+        with self._database.read_once() as session:
             row = session.execute(_OWNER_OF, {"hash": hashed, "kind": kind}).first()
             if row is None:
                 return None, False
@@ -100,7 +100,7 @@ class Directory:
 
     def by_name(self, name: str) -> Identity | None:
         """Return the person with a name; None: there is none."""
-        with self._database.query() as session:
+        with self._database.read_once() as session:
             person = session.scalars(select(Person).where(Person.key == name_key(name))).first()
             return None if person is None else _identity(person, None)
 
@@ -114,7 +114,7 @@ class Directory:
     def _has_access(self, identity: Identity) -> bool:
         if identity.person is None:
             return not identity.owner or self.is_empty()
-        with self._database.query() as session:
+        with self._database.read_once() as session:
             if identity.credential is None:
                 return session.get(Person, identity.person) is not None
             secret = session.get(PersonSecret, identity.credential)
@@ -138,7 +138,7 @@ class Directory:
         """Whether the caller uses a browser's session, not a token or a proxy."""
         if identity.credential is None:
             return False
-        with self._database.query() as session:
+        with self._database.read_once() as session:
             secret_row = session.get(PersonSecret, identity.credential)
             return secret_row is not None and secret_row.kind == "session"
 

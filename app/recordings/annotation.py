@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
 from app.compare.annotation import corrected_boxes
-from app.compare.figures import FIRST_WORD
+from app.compare.figures import FIRST_UNKNOWN_LABEL
 from app.edits.documents import TrackDoc
 from app.edits.track_name import track_name
 from app.evidence.run_columns import confirmed_boxes, labelled_boxes
@@ -40,7 +40,7 @@ def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: R
         last = reader.last_frame
         strange: dict[str, int] = {}
         machine = confirmed_boxes(reader)
-    found = labelled_boxes(machine, classes, lambda word: strange.setdefault(word, FIRST_WORD - len(strange)))
+    found = labelled_boxes(machine, classes, lambda word: strange.setdefault(word, FIRST_UNKNOWN_LABEL - len(strange)))
     table = corrected_boxes(found, documents, 0 if last is None else last + 1)
     labels_at = resolved_labels(table.class_id, classes.labels)
     names = _shorts(classes.labels) | {number: word[:12] for word, number in strange.items()}

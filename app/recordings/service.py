@@ -11,10 +11,10 @@ from app.storage.database import Database
 from app.storage.lookup import require_run
 from app.storage.models import Video
 
-__all__ = ["JOB", "MOST_FRAMES", "RecordingService"]
+__all__ = ["JOB", "MAX_FRAMES", "RecordingService"]
 
 JOB = "recording"
-MOST_FRAMES = 20_000
+MAX_FRAMES = 20_000
 """Maximum number of frames: the viewer holds a recording in memory, and larger ones make pages unusable."""
 
 
@@ -53,7 +53,7 @@ class RecordingService:
             Conflict: the run has no results.
             Invalid: the range is empty, too long, or not within the frames of the run.
         """
-        check_frames(self._evidence, run_id, first, stop, "recording", MOST_FRAMES)
+        check_frames(self._evidence, run_id, first, stop, "recording", MAX_FRAMES)
         with self._database.write() as session:
             run = require_run(session, run_id)
             video = session.get_one(Video, run.video_id)

@@ -36,9 +36,9 @@ FILES: Final = {"re_viewer.js": "text/javascript; charset=utf-8", "re_viewer_bg.
 """Files that the page needs, and their media types."""
 _MANIFEST: Final = "manifest.json"
 _ADDRESS: Final = re.compile(rb"Hosting a web-viewer at (http://127\.0\.0\.1:[0-9]{1,5})")
-_START_SECONDS: Final = 30.0
-_FETCH_SECONDS: Final = 60.0
-_LARGEST: Final = 200 * 2**20
+_START_TIMEOUT_S: Final = 30.0
+_FETCH_TIMEOUT_S: Final = 60.0
+_MAX_BYTES: Final = 200 * 2**20
 
 
 def sdk_version() -> str:
@@ -196,29 +196,29 @@ def _serving(binary: Path) -> Iterator[str]:
 
 
 def _address(process: subprocess.Popen[bytes], log: Path) -> str:
-    until = time.monotonic() + _START_SECONDS
+    until = time.monotonic() + _START_TIMEOUT_S
     while time.monotonic() < until:
-        said = log.read_bytes()
-        found = _ADDRESS.search(said)
+        output = log.read_bytes()
+        found = _ADDRESS.search(output)
         if found is not None:
             return found.group(1).decode()
         if process.poll() is not None:
             raise subprocess.SubprocessError(f"its program ended at once with code {process.returncode}")
         time.sleep(0.05)
-    raise subprocess.SubprocessError(f"its program did not start within {_START_SECONDS:.0f} s")
+    raise subprocess.SubprocessError(f"its program did not start within {_START_TIMEOUT_S:.0f} s")
 
 
 def _store(address: str, path: Path) -> dict[str, int | str]:
     """Copy one file, gzipped; return its size and digest, and its stored size."""
     opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
-    digest, size, until = hashlib.sha256(), 0, time.monotonic() + _FETCH_SECONDS
+    digest, size, until = hashlib.sha256(), 0, time.monotonic() + _FETCH_TIMEOUT_S
     with (
-        opener.open(address, timeout=_START_SECONDS) as answer,
+        opener.open(address, timeout=_START_TIMEOUT_S) as answer,
         gzip.GzipFile(path, "wb", compresslevel=6, mtime=0) as out,
     ):
         while chunk := answer.read(1 << 20):
             size += len(chunk)
-            if size > _LARGEST or time.monotonic() > until:
+            if size > _MAX_BYTES or time.monotonic() > until:
                 raise OSError(f"{address.rpartition('/')[2]} is too large or arrives too slowly")
             digest.update(chunk)
             out.write(chunk)

@@ -14,7 +14,7 @@ from app.runs.focus import focus_of
 from app.runs.parameters import params_of
 from app.runs.view import publish_run
 from app.storage.models import Run, Video
-from app.training.folders import begin_with
+from app.training.folders import models_for_start
 from app.videos.checked_file import library_file
 from app.videos.error_text import with_upload_name
 from app.videos.file_changes import require_unchanged
@@ -40,7 +40,7 @@ def track(task: TaskContext) -> None:
         run = session.get_one(Run, task.job.subject)
         run.state, run.error, run.note = "running", None, ""
         run.started = run.started or datetime.now(UTC)
-        models = begin_with(task.settings, session, run)
+        models = models_for_start(task.settings, session, run)
         publish_run(session, task.events, run)
     params = params_of(run.preset, run.parameters)
     components = load_components(params, models)

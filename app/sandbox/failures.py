@@ -9,7 +9,7 @@ from sqlalchemy.exc import DBAPIError
 
 import app.errors as request_errors
 import tsr_engine.errors as engine_errors
-from app.errors import ApiError, not_written
+from app.errors import ApiError, storage_full
 from app.storage.database import storage_failure
 from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError
 from tsr_engine.json_shapes import JsonObject
@@ -28,7 +28,7 @@ def encode_failure(error: Exception) -> JsonObject:
     if isinstance(error, DBAPIError):
         error = storage_failure(error) or error
     if isinstance(error, OSError):
-        error = not_written(error) or error
+        error = storage_full(error) or error
     if isinstance(error, ApiError):
         more = {"code": error.code, "field": error.field, "details": error.details}
         return {"request": type(error).__name__, "message": error.message, **more}

@@ -10,7 +10,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["COLOURS", "INK", "Colouring", "Entry", "Paint", "heat", "legend_html", "linear", "paint"]
+__all__ = ["COLOURS", "INK", "Colouring", "Entry", "Paint", "height_colours", "legend_html", "linear", "paint"]
 
 Colouring = Literal["class", "verdict", "source"]
 COLOURS: Final[dict[Colouring, str]] = {
@@ -122,7 +122,7 @@ def _by_code(codes: ArrayLike, names: tuple[tuple[str, Rgb], ...]) -> Paint:
     return Paint(inks[found], tuple(Entry(c, text) for i, (text, c) in enumerate(names) if i in present))
 
 
-def heat(values: ArrayLike) -> ByteArray:
+def height_colours(values: ArrayLike) -> ByteArray:
     """Map heights in [0, 1] to colours, shape (..., 3): dark blue, teal, yellow."""
     stops = np.array([(52, 76, 138), (33, 145, 140), (122, 209, 81), (253, 231, 37)], np.float64)
     v = np.clip(np.asarray(values, np.float64), 0.0, 1.0)

@@ -240,7 +240,7 @@ def surface(table: ArrayLike, width: float, depth: float, height: float, every: 
         Vertices (v, 3), and faces (f, 3) that face upwards.
     """
     values = np.asarray(table, np.float64)
-    rows, columns = _nodes(values.shape[0], every), _nodes(values.shape[1], every)
+    rows, columns = _every_nth(values.shape[0], every), _every_nth(values.shape[1], every)
     x = ((columns + 0.5) / values.shape[1] - 0.5) * width
     y = (0.5 - (rows + 0.5) / values.shape[0]) * depth
     grid_x, grid_y = np.meshgrid(x, y)
@@ -277,14 +277,14 @@ def grid_lines(
     points = np.stack([*np.meshgrid(x, y), values * height + lift], axis=-1)
     lines, heights = [], []
     for grid, values_on_grid in ((points, values), (points.transpose(1, 0, 2), values.T)):
-        chosen = np.ix_(_nodes(grid.shape[0], every), _nodes(grid.shape[1], bends))
+        chosen = np.ix_(_every_nth(grid.shape[0], every), _every_nth(grid.shape[1], bends))
         corners, at = grid[chosen], values_on_grid[chosen]
         lines.append(np.stack([corners[:, :-1], corners[:, 1:]], axis=2).reshape(-1, 2, 3))
         heights.append(np.stack([at[:, :-1], at[:, 1:]], axis=2).reshape(-1, 2))
     return np.concatenate(lines), np.concatenate(heights)
 
 
-def _nodes(count: int, every: int) -> IntArray:
+def _every_nth(count: int, every: int) -> IntArray:
     """Each n-th number below ``count``, and the last one."""
     return np.unique(np.append(np.arange(0, count, max(1, every)), count - 1)).astype(np.int64)
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from tsr_engine.records import FloatArray
 
-__all__ = ["label_text", "lifts"]
+__all__ = ["label_offsets", "label_text"]
 
 FIELD_OF_VIEW_RAD: Final = 0.7
 """Vertical field of view of the viewer's camera, rad."""
@@ -30,7 +30,7 @@ def label_text(name: str, *more: str) -> str:
     return " · ".join([short, *more])
 
 
-def lifts(points: ArrayLike, texts: Sequence[str], eye: Sequence[float], target: Sequence[float]) -> FloatArray:
+def label_offsets(points: ArrayLike, texts: Sequence[str], eye: Sequence[float], target: Sequence[float]) -> FloatArray:
     """Compute how far to raise each label.
 
     Args:

@@ -49,7 +49,7 @@ class ViserHost:
             import viser
 
         self.secret = secrets.token_urlsafe(24)
-        with _STARTING, _silenced(), _checked(self.secret):
+        with _STARTING, _without_viser_output(), _checked(self.secret):
             self.server: viser.ViserServer = viser.ViserServer(host="127.0.0.1", port=0, label=label, verbose=False)
         self.port = self.server.get_port()
         # The page could request a tunnel to a server of viser's makers; disable it.
@@ -63,7 +63,7 @@ class ViserHost:
 
     def stop(self) -> None:
         """Close all connections and free the port; safe to call again."""
-        with _STARTING, _silenced():
+        with _STARTING, _without_viser_output():
             self.server.stop()
 
 
@@ -95,7 +95,7 @@ def _checked(secret: str) -> Iterator[None]:
 
 
 @contextmanager
-def _silenced() -> Iterator[None]:
+def _without_viser_output() -> Iterator[None]:
     """Within this block viser prints nothing; other output is not affected."""
     given = rich.print
 

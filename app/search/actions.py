@@ -113,7 +113,7 @@ class SearchActions:
         revisions_by_run: dict[str, dict[str, int]] = {}
         for track in tracks:
             revisions_by_run.setdefault(track.run, {})[track.key] = track.revision
-        makers = self._makers(action, list(revisions_by_run))
+        makers = self._command_makers(action, list(revisions_by_run))
         operations: list[Operation] = []
         changed: list[tuple[str, str]] = []
         stayed: list[tuple[str, str, str]] = []
@@ -151,7 +151,9 @@ class SearchActions:
             changed += [(operation.run, doc.key) for doc in answer.docs]
         return self._done(undone, changed, stayed)
 
-    def _makers(self, action: TrackAction, runs: Sequence[str]) -> dict[str, Callable[[str], list[Command]] | str]:
+    def _command_makers(
+        self, action: TrackAction, runs: Sequence[str]
+    ) -> dict[str, Callable[[str], list[Command]] | str]:
         """For each run the function that makes the commands of a track, or the reason why its tracks stay."""
         if isinstance(action, Judge):
             return dict.fromkeys(runs, lambda key: _verdict(key, action.review))

@@ -213,7 +213,9 @@ class SearchIndex:
             video = session.get_one(Video, expected.video_id)
             frames, picture = video.frames or _NO_END, (video.width or 0, video.height or 0)
             if keys is not None:
-                engine_tracks = {doc.began_as() for key in keys if (doc := documents.get(key)) is not None} - {None}
+                engine_tracks = {doc.original_track() for key in keys if (doc := documents.get(key)) is not None} - {
+                    None
+                }
                 known = _uncertainties(session, run_id, [f"m{number}" for number in engine_tracks] + keys)
 
         @functools.cache  # cached, because an imported run has none and one read is enough

@@ -62,7 +62,7 @@ def make_rows(
     rows, attributes = [], []
     for track in tracks:
         document = documents.get(track.uid)
-        engine_track = int(track.uid[1:]) if document is None else document.began_as()
+        engine_track = int(track.uid[1:]) if document is None else document.original_track()
         engine_uncertainty = 0.0 if engine_track is None else uncertainty(track.uid, engine_track)
         edit = edits.get(track.uid)
         side = np.maximum(track.boxes[:, 2] - track.boxes[:, 0], track.boxes[:, 3] - track.boxes[:, 1])

@@ -122,7 +122,7 @@ class Database:
             yield session
 
     @contextmanager
-    def query(self) -> Iterator[Session]:
+    def read_once(self) -> Iterator[Session]:
         """Yield a session for a single query; on PostgreSQL without a transaction, which saves two round trips."""
         with Session(self._query_engine, expire_on_commit=False) as session:
             yield session

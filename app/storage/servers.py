@@ -20,7 +20,7 @@ from sqlalchemy import ColumnElement, or_, select, true, update
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import InstrumentedAttribute, Session
 
-from app.errors import Elsewhere
+from app.errors import OnOtherServer
 from app.storage.database import Database
 from app.storage.id_lock import IdLock
 from app.storage.models import ModelVersion, Output, Run, Server, Video
@@ -75,11 +75,11 @@ def require_local(session: Session, place: str | None, subject: str) -> None:
         subject: begins the sentence, for example the name of a run.
 
     Raises:
-        Elsewhere: the files lie elsewhere; the message names the server.
+        OnOtherServer: the files lie elsewhere; the message names the server.
     """
     name = other_server(session, place, subject)
     if name is not None:
-        raise Elsewhere(
+        raise OnOtherServer(
             f"The files of {subject or 'this'} lie on another server ({name}). Use that server.",
             details={"server": place, "name": name},
         )
@@ -94,14 +94,14 @@ def other_server(session: Session, place: str | None, subject: str) -> str | Non
         subject: begins the sentence, for example the name of a run.
 
     Raises:
-        Elsewhere: the files lie in shared files that this server does not use.
+        OnOtherServer: the files lie in shared files that this server does not use.
     """
     if has_local_files(session, place):
         return None
     server = session.get(Server, place)
     name = "unknown here" if server is None else server.name
     if server is not None and server.beats == SHARED:
-        raise Elsewhere(
+        raise OnOtherServer(
             f"The files of {subject or 'this'} are in shared files ({name}). Set TSR_FILES to them for this server.",
             details={"server": place, "name": name},
         )
@@ -175,7 +175,7 @@ class Servers:
             yield
             return
         self.beat()
-        with call_periodically("server", self.heartbeat_interval, self._try_beat):
+        with call_periodically("server", self.heartbeat_interval, self._try_heartbeat):
             yield
 
     def beat(self) -> None:
@@ -202,7 +202,7 @@ class Servers:
             seen = self._seen.get(server or "")
         return seen is None or time.monotonic() - seen[1] > self.heartbeat_timeout
 
-    def _try_beat(self) -> None:
+    def _try_heartbeat(self) -> None:
         with suppress(SQLAlchemyError):  # the next heartbeat may succeed again
             if not self._id_lock.ensure():
                 _log.error("Another server uses the id of this data folder: one is a copy of the other. Stop one.")

@@ -22,11 +22,19 @@ from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.models import SHIPPED, read_manifest
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["SHIPPED_ID", "USED", "active_version", "begin_with", "folder_with", "hashes_of", "models_of_run"]
+__all__ = [
+    "RUN_COMPONENTS",
+    "SHIPPED_ID",
+    "active_version",
+    "folder_with_hashes",
+    "hashes_of",
+    "models_for_start",
+    "models_of_run",
+]
 
 SHIPPED_ID: Final = "shipped"
 """Name of a server's models without any training: those of the package, or of the setting ``models``."""
-USED: Final[tuple[str, ...]] = ("detector", "prior", "classifier", "network_classifier", "online")
+RUN_COMPONENTS: Final[tuple[str, ...]] = ("detector", "prior", "classifier", "network_classifier", "online")
 """Components that a run uses and records."""
 
 
@@ -48,18 +56,20 @@ def hashes_of(folder: Path | None) -> dict[str, str]:
         ModelError: the manifest is missing or unreadable.
     """
     components: JsonObject = read_manifest(SHIPPED if folder is None else folder)["components"]
-    return {name: str(components[name]["sha256"]) for name in USED if name in components}
+    return {name: str(components[name]["sha256"]) for name in RUN_COMPONENTS if name in components}
 
 
-def begin_with(settings: Settings, session: Session, run: Run) -> Path | None:
+def models_for_start(settings: Settings, session: Session, run: Run) -> Path | None:
     """Return the model folder for a run that starts or resumes; the run records the models that it starts with.
 
     Raises:
         ModelError: the models that it started with no longer exist.
     """
-    known = {name: run.models[name] for name in USED if name in run.models} or _recorded(settings.home / run.folder)
+    known = {name: run.models[name] for name in RUN_COMPONENTS if name in run.models} or _recorded(
+        settings.home / run.folder
+    )
     if known:
-        folder = folder_with(settings, session, known, run.name or "The run")
+        folder = folder_with_hashes(settings, session, known, run.name or "The run")
     else:
         version = active_version(session)
         if version is not None and not has_local_files(session, version.place):
@@ -79,11 +89,11 @@ def models_of_run(settings: Settings, session: Session, run: Run) -> Path | None
     Raises:
         ModelError: it no longer exists.
     """
-    known = {name: run.models[name] for name in USED if name in run.models}
-    return folder_with(settings, session, known, run.name or "The run") if known else settings.models
+    known = {name: run.models[name] for name in RUN_COMPONENTS if name in run.models}
+    return folder_with_hashes(settings, session, known, run.name or "The run") if known else settings.models
 
 
-def folder_with(settings: Settings, session: Session, wanted: Mapping[str, str], who: str) -> Path | None:
+def folder_with_hashes(settings: Settings, session: Session, wanted: Mapping[str, str], who: str) -> Path | None:
     """Return the folder whose models have these hashes; None: the package's.
 
     Raises:
@@ -92,13 +102,14 @@ def folder_with(settings: Settings, session: Session, wanted: Mapping[str, str],
     for folder in (settings.models, None):
         if _has(hashes_of(folder), wanted):
             return folder
-    ours = ModelVersion.state == "complete", is_local(session, ModelVersion.place)
-    for version in session.scalars(select(ModelVersion).where(*ours)):
+    conditions = ModelVersion.state == "complete", is_local(session, ModelVersion.place)
+    for version in session.scalars(select(ModelVersion).where(*conditions)):
         if _has(version.models, wanted):
             return ensure_local(settings, version.place, version.folder)
-    some = ", ".join(f"{name} {digest[:12]}" for name, digest in sorted(wanted.items()))
+    listed = ", ".join(f"{name} {digest[:12]}" for name, digest in sorted(wanted.items()))
     raise ModelError(
-        f"{who} was started with models that no longer exist here ({some}). Put their folder back, or start a new run."
+        f"{who} was started with models that no longer exist here ({listed}). Put their folder back, "
+        "or start a new run."
     )
 
 
@@ -112,6 +123,6 @@ def _recorded(folder: Path) -> dict[str, str]:
         return {}
     try:
         with EvidenceReader(folder) as reader:
-            return {name: digest for name, digest in reader.header.models.items() if name in USED}
+            return {name: digest for name, digest in reader.header.models.items() if name in RUN_COMPONENTS}
     except EvidenceError:
         return {}  # the run itself reports what is wrong

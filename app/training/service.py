@@ -19,7 +19,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import ModelVersion, Run
 from app.storage.servers import require_local
-from app.training.folders import SHIPPED_ID, USED, active_version, hashes_of
+from app.training.folders import RUN_COMPONENTS, SHIPPED_ID, active_version, hashes_of
 from app.training.request import ACTIVE, NewModel, lineage_of, public_folders
 from app.training.sources import TrainingSources, training_sources
 from app.training.view import ModelView, label_facts, library_labels, model_view, publish_model
@@ -45,11 +45,11 @@ class TrainingService:
         """All versions, newest first and the shipped one last; and the name of the active one."""
         with self._database.read() as session:
             active = active_version(session)
-            name = None if active is None else active.id
+            active_id = None if active is None else active.id
             rows = session.scalars(select(ModelVersion).order_by(ModelVersion.created.desc(), ModelVersion.id))
             labels = library_labels(session)
-            views = [model_view(row, row.id == name, labels) for row in rows]
-        return [*views, self._shipped(name is None, labels)], name or SHIPPED_ID
+            views = [model_view(row, row.id == active_id, labels) for row in rows]
+        return [*views, self._shipped(active_id is None, labels)], active_id or SHIPPED_ID
 
     def sources(self) -> TrainingSources:
         """Data of this data folder that a version can be trained from."""
@@ -108,11 +108,11 @@ class TrainingService:
             Conflict: it is not complete, or its files are damaged.
         """
         with self._database.write() as session:
-            before = active_version(session)
+            previous = active_version(session)
             if version_id == SHIPPED_ID:
                 for row in session.scalars(select(ModelVersion).where(ModelVersion.promoted > 0)):
                     row.promoted = 0
-                self._publish(session, before)
+                self._publish(session, previous)
                 return self._shipped(True, library_labels(session))
             version = _require(session, version_id)
             if version.state != "complete":
@@ -120,9 +120,9 @@ class TrainingService:
                     f"{version.name} is {version.state}. Only a complete version can be used.", code="not_complete"
                 )
             require_local(session, version.place, version.name)
-            self._sound(version)
+            self._require_undamaged(version)
             version.promoted = (session.scalar(select(func.max(ModelVersion.promoted))) or 0) + 1
-            self._publish(session, before)
+            self._publish(session, previous)
             publish_model(session, self._events, version)
             return model_view(version, True, library_labels(session))
 
@@ -143,10 +143,10 @@ class TrainingService:
                 )
             version.promoted = 0
             self._publish(session, version)
-            now = active_version(session)
-            self._publish(session, now)
+            active = active_version(session)
+            self._publish(session, active)
             labels = library_labels(session)
-            return self._shipped(True, labels) if now is None else model_view(now, True, labels)
+            return self._shipped(True, labels) if active is None else model_view(active, True, labels)
 
     def cancel(self, version_id: str) -> ModelView:
         """Cancel the training of a version; its entry is kept, so that it can be resumed."""
@@ -218,7 +218,7 @@ class TrainingService:
         used = set(session.scalars(select(ModelVersion.name)))
         return next(name for k in range(1, len(used) + 2) if (name := f"Version {k}") not in used)
 
-    def _sound(self, version: ModelVersion) -> None:
+    def _require_undamaged(self, version: ModelVersion) -> None:
         """Refuse a version whose files have changed since it was trained."""
         folder = ensure_local(self._settings, version.place, version.folder)
         try:
@@ -270,7 +270,7 @@ def _user(session: Session, version: ModelVersion) -> str | None:
     if child is not None:
         return child.name
     for run in session.scalars(select(Run)):
-        used = {name: digest for name, digest in run.models.items() if name in USED}
+        used = {name: digest for name, digest in run.models.items() if name in RUN_COMPONENTS}
         if used and all(version.models.get(name) == digest for name, digest in used.items()):
             return run.name or "a run"
     return None

@@ -88,8 +88,8 @@ def _reviews(session: Session) -> list[ReviewSource]:
     names = {video.id: video.name for video in session.execute(select(Video.id, Video.name))}
     found = []
     for run in chosen.values():
-        own = counts[run.id]
-        tracks = (run.tracks or 0) + own["made"] - own["gone"]
+        run_counts = counts[run.id]
+        tracks = (run.tracks or 0) + run_counts["made"] - run_counts["gone"]
         found.append(
             ReviewSource(
                 run=run.id,
@@ -97,9 +97,9 @@ def _reviews(session: Session) -> list[ReviewSource]:
                 video=run.video_id,
                 video_name=names[run.video_id],
                 edit_revision=newest.get(run.id, 0),
-                accepted=own["accepted"],
-                rejected=own["rejected"],
-                left=max(0, tracks - own["accepted"] - own["rejected"]),
+                accepted=run_counts["accepted"],
+                rejected=run_counts["rejected"],
+                left=max(0, tracks - run_counts["accepted"] - run_counts["rejected"]),
             )
         )
     return sorted(found, key=lambda one: (one.video_name, one.video))
@@ -109,9 +109,9 @@ def _counts(session: Session) -> Mapping[str, Mapping[str, int]]:
     """Number of documents of each run by verdict; ``made`` by people; ``gone``: deleted tracks of the engine."""
     gone = TrackDocument.document["gone"].as_boolean()
     review = TrackDocument.document["review"].as_string()
-    own = TrackDocument.key.startswith("m")
-    query = select(TrackDocument.run_id, own, gone, review, func.count()).group_by(
-        TrackDocument.run_id, own, gone, review
+    is_engine_track = TrackDocument.key.startswith("m")
+    query = select(TrackDocument.run_id, is_engine_track, gone, review, func.count()).group_by(
+        TrackDocument.run_id, is_engine_track, gone, review
     )
     counts: dict[str, dict[str, int]] = defaultdict(lambda: defaultdict(int))
     for run_id, engines, absent, verdict, count in session.execute(query):

@@ -33,7 +33,7 @@ __all__ = ["retrain_models"]
 ExportReviews = Callable[[TaskContext, Sequence[str], Path], None]
 REVIEWS = "reviews.zip"
 """File of the temporary export of current reviews."""
-_INTERVAL = 0.3
+_MIN_INTERVAL_S = 0.3
 """Seconds between updates of the progress."""
 
 
@@ -50,7 +50,7 @@ class _JobProgress:
             raise Stopped
         new = not self._stages or self._stages[-1] != stage
         now = time.monotonic()
-        if not new and now - self._reported < _INTERVAL:
+        if not new and now - self._reported < _MIN_INTERVAL_S:
             return
         self._reported = now
         if new:
@@ -80,7 +80,7 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
         version = session.get(ModelVersion, task.job.subject)
         if version is None:
             raise Stopped
-        asked: JsonObject = dict(version.lineage["asked"])
+        request: JsonObject = dict(version.lineage["asked"])
         parent = _parent(task, session.get(ModelVersion, version.parent_id) if version.parent_id else None, version)
         version.state, version.error, version.note = "running", None, ""
         publish_model(session, task.events, version)
@@ -89,19 +89,19 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
     progress = _JobProgress(task)
-    folders = {name: Path(path) for name, path in asked["folders"].items()}
-    seed = int(asked["seed"])
+    folders = {name: Path(path) for name, path in request["folders"].items()}
+    seed = int(request["seed"])
     try:
-        reviews = asked.get("reviews", [])  # requests of earlier versions of tsr have none
-        if reviews or asked["exports"]:
+        reviews = request.get("reviews", [])  # requests of earlier versions of tsr have none
+        if reviews or request["exports"]:
             shutil.rmtree(part, ignore_errors=True)
-            opened = [_reviewed(task, reviews, work, export_reviews)] if reviews else []
-            opened += [_opened(task, entry, work) for entry in asked["exports"]]
-            recipe = Recipe(parts=tuple(p for p in PARTS if p in asked["parts"]), seed=seed)
+            opened = [_export_reviews(task, reviews, work, export_reviews)] if reviews else []
+            opened += [_open_export(task, entry, work) for entry in request["exports"]]
+            recipe = Recipe(parts=tuple(p for p in PARTS if p in request["parts"]), seed=seed)
             report = retrain(opened, recipe, parent, part, work, progress, **folders)
         else:
-            report = train_parts(tuple(asked["parts"]), parent, part, seed, progress, **folders)
-        _sync(part)
+            report = train_parts(tuple(request["parts"]), parent, part, seed, progress, **folders)
+        _fsync_folder(part)
         shutil.rmtree(final, ignore_errors=True)
     finally:
         shutil.rmtree(work, ignore_errors=True)
@@ -125,14 +125,16 @@ def _parent(task: TaskContext, parent: ModelVersion | None, version: ModelVersio
     return ensure_local(task.settings, parent.place, parent.folder)
 
 
-def _reviewed(task: TaskContext, reviews: list[JsonObject], work: Path, export_reviews: ExportReviews) -> OpenedExport:
+def _export_reviews(
+    task: TaskContext, reviews: list[JsonObject], work: Path, export_reviews: ExportReviews
+) -> OpenedExport:
     """The current reviews of some runs, by a temporary export."""
     export_reviews(task, [one["run"] for one in reviews], work / REVIEWS)
-    opened = _with_videos(task, work / REVIEWS, "The review", work)
+    opened = _open_with_videos(task, work / REVIEWS, "The review", work)
     return replace(opened, about={**opened.about, "name": "Present review"})
 
 
-def _opened(task: TaskContext, entry: JsonObject, work: Path) -> OpenedExport:
+def _open_export(task: TaskContext, entry: JsonObject, work: Path) -> OpenedExport:
     """An export of the data folder, and the changes since it was made."""
     with task.database.read() as session:
         output = session.get(Output, entry["artefact"])
@@ -140,13 +142,13 @@ def _opened(task: TaskContext, entry: JsonObject, work: Path) -> OpenedExport:
             raise InputError(f"The export {entry['name']} was removed meanwhile. Export again.")
         path, name, age = task.settings.home / output.path, output.name, export_age(session, output)
     ensure_local(task.settings, output.place, str(Path(output.path).parent))
-    opened = _with_videos(task, path, name, work)
+    opened = _open_with_videos(task, path, name, work)
     about = {**opened.about, "artefact": entry["artefact"], "name": name, "sha256": entry["sha256"]}
     about |= {"edits_since": age.edits, "undone_since": age.undone}
     return replace(opened, about=about)
 
 
-def _with_videos(task: TaskContext, path: Path, name: str, work: Path) -> OpenedExport:
+def _open_with_videos(task: TaskContext, path: Path, name: str, work: Path) -> OpenedExport:
     """An export with those of its videos that are in the library."""
     notes: list[str] = []
 
@@ -170,7 +172,7 @@ def _with_videos(task: TaskContext, path: Path, name: str, work: Path) -> Opened
     return replace(opened, notes=(*notes, *opened.notes))
 
 
-def _sync(part: Path) -> None:
+def _fsync_folder(part: Path) -> None:
     """Sync the files and their folder to the disk."""
     for place in (*sorted(part.iterdir()), part):
         fsync_path(place)

@@ -83,9 +83,9 @@ class ChangedFiles:
 
         Raises:
             Conflict: it has other bytes (``file_changed``).
-            Elsewhere: the run lies on another server.
+            OnOtherServer: the run lies on another server.
         """
-        with self._database.query() as session:
+        with self._database.read_once() as session:
             found = session.execute(_OF_RUN, {"run": run_id}).first()
             if found is None:
                 return

@@ -82,10 +82,10 @@ class FrameServer:
 
         It is one of ``WIDTHS``, and at most the video's own.
         """
-        own = self.video.width
-        if width is None or width >= own:
-            return own
-        return min(own, next((w for w in WIDTHS if w >= width), own))
+        video_width = self.video.width
+        if width is None or width >= video_width:
+            return video_width
+        return min(video_width, next((w for w in WIDTHS if w >= width), video_width))
 
     def get(self, ordinal: int, width: int, encoding: Encoding) -> bytes:
         """Return the encoded picture, cached or decoded now; the thread continues from there.

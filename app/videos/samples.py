@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import select
 
-from app.errors import Elsewhere
+from app.errors import OnOtherServer
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Run, Video
@@ -41,7 +41,7 @@ class SampleDrives:
                 continue
             try:
                 self.add_row(digest, clip.video.name, place, stamp, owned=False, sample=True)
-            except Elsewhere:
+            except OnOtherServer:
                 continue  # another server of the database has it
             if known is None:
                 ground_truths.put(digest, "exact truth", clip.truth.read_bytes())

@@ -70,7 +70,7 @@ class VideoService(SampleDrives):
         """Return the path of a video's thumbnail; it need not exist.
 
         Raises:
-            Elsewhere: it lies on another server.
+            OnOtherServer: it lies on another server.
             Busy: it is still being fetched from the shared files.
         """
         path = thumbnail_path(self._settings.home, video_id)
@@ -85,7 +85,7 @@ class VideoService(SampleDrives):
         """Take over a video whose server is gone; False if it already belongs to this server.
 
         Raises:
-            Elsewhere: that server is alive.
+            OnOtherServer: that server is alive.
         """
         self._refuse_elsewhere(session, video)
         server = this_server(session)
@@ -145,7 +145,7 @@ class VideoService(SampleDrives):
 
         Raises:
             UnsupportedMedia: it is not a video by its first bytes.
-            Elsewhere: the same video lies on another server.
+            OnOtherServer: the same video lies on another server.
         """
         try:
             with trusted_file(part).open() as file:

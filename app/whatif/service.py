@@ -121,12 +121,12 @@ def _title(before: Params, after: Params) -> str:
     parts = []
     for name in changed_parameters(before, after):
         section, leaf = name.split(".")
-        parts.append(f"{leaf} = {_spelled(values[section][leaf])}")
+        parts.append(f"{leaf} = {_format_value(values[section][leaf])}")
     text = ", ".join(parts)
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def _spelled(value: object) -> str:
+def _format_value(value: object) -> str:
     if isinstance(value, tuple):
-        return " ".join(map(_spelled, value))
+        return " ".join(map(_format_value, value))
     return f"{value:g}" if isinstance(value, float) else str(value)

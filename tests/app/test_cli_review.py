@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.serve import ReviewServer, serve, show_link
+from app.cli.serve import ReviewServer, open_link, serve
 from app.settings import Settings
 from tests.forked_program import ForkedProgram, run_forked
 from tests.waiting import time_limit
@@ -221,5 +221,5 @@ def test_without_a_browser_the_user_opens_the_url(
 ) -> None:
     for opens, said in ((True, ""), (False, "tsr: No browser was found. Open the address above in one.\n")):
         monkeypatch.setattr("app.cli.serve.webbrowser.open", lambda link, opens=opens: opens)
-        show_link("http://127.0.0.1:1/login/x")
+        open_link("http://127.0.0.1:1/login/x")
         assert capsys.readouterr().err == said

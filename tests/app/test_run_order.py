@@ -11,7 +11,7 @@ import sqlalchemy as sa
 from alembic import command
 from alembic.config import Config
 
-from app.cli.data_folder import describe_choice, run_named
+from app.cli.data_folder import describe_run_choice, find_run
 from app.edits.earlier_run import earlier_corrections
 from app.evidence.disagreement import other_run
 from app.storage import migrate, models
@@ -51,8 +51,8 @@ def test_runs_are_numbered_on_creation(wrong_clock: Database) -> None:
 
 def test_the_newest_run_is_the_last_created_everywhere(wrong_clock: Database) -> None:
     with wrong_clock.read() as session:
-        assert run_named(session, "v.mp4") == THIRD
-        assert f"({SECOND}): give its id" in describe_choice(session, THIRD)
+        assert find_run(session, "v.mp4") == THIRD
+        assert f"({SECOND}): give its id" in describe_run_choice(session, THIRD)
         other = other_run(session, FIRST, VIDEO)
         assert other is not None
         assert other.id == THIRD

@@ -123,7 +123,7 @@ def test_reconnecting_loses_and_repeats_no_event(live_server: ThreadedServer) ->
 def test_a_page_that_is_too_far_behind_is_reset(live_server: ThreadedServer, monkeypatch: pytest.MonkeyPatch) -> None:
     publish(live_server, *range(30))
     context = live_server.server.context
-    monkeypatch.setattr(EventBus, "keep", 10)
+    monkeypatch.setattr(EventBus, "max_events", 10)
     with context.database.write() as session:
         context.events.prune(session)
         newest = context.events.newest(session)

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from app.cli.serve import ReviewServer, serving
+from app.cli.serve import ReviewServer, server_config
 from app.security.connections import ConnectionLimits
 from tests.app.toy_server import Server
 from tests.waiting import time_limit
@@ -23,13 +23,13 @@ __all__ = ["ThreadedServer", "serve_in_thread"]
 class ThreadedServer:
     """A served application."""
 
-    def __init__(self, server: Server, door: ConnectionLimits | None = None) -> None:
+    def __init__(self, server: Server, limits: ConnectionLimits | None = None) -> None:
         self.server = server
         self.listener = socket.socket()
         self.listener.bind(("127.0.0.1", 0))
         self.port: int = self.listener.getsockname()[1]
         self.url = f"http://127.0.0.1:{self.port}"
-        self.uvicorn = ReviewServer(serving(server.app, door, log_level="critical", ws="none"))
+        self.uvicorn = ReviewServer(server_config(server.app, limits, log_level="critical", ws="none"))
         self.thread = threading.Thread(target=self.uvicorn.run, kwargs={"sockets": [self.listener]}, daemon=True)
 
     def start(self) -> None:
@@ -64,9 +64,9 @@ def print_tasks() -> None:
 
 
 @contextmanager
-def serve_in_thread(server: Server, door: ConnectionLimits | None = None) -> Iterator[ThreadedServer]:
+def serve_in_thread(server: Server, limits: ConnectionLimits | None = None) -> Iterator[ThreadedServer]:
     """The application on its own port."""
-    made = ThreadedServer(server, door)
+    made = ThreadedServer(server, limits)
     made.start()
     try:
         yield made

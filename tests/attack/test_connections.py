@@ -177,7 +177,7 @@ def test_the_connection_limit_leaves_descriptors_for_files() -> None:
     try:
         door = ConnectionLimits()
         soft = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
-        assert 0 < door.most <= min(1000, soft // 2)
+        assert 0 < door.max_connections <= min(1000, soft // 2)
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, before)
     assert HEAD_TIMEOUT_S < ConnectionLimits().head <= 10

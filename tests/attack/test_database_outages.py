@@ -144,7 +144,7 @@ def test_a_missed_heartbeat_during_an_outage_is_excused(tmp_path: Path, monkeypa
         if (error := next(turns)) is not None:
             raise error
 
-    monkeypatch.setattr(supervisor, "turn", turn)
+    monkeypatch.setattr(supervisor, "check_workers", turn)
     waits = iter([False, False, False, True])
     supervisor.watch(lambda _: next(waits))
     assert not supervisor.is_dead(job)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy.exc import OperationalError
 
-from app.errors import not_written
+from app.errors import storage_full
 from app.storage.database import storage_failure
 from tsr_engine.io.atomic import storage_error
 
@@ -31,7 +31,7 @@ def test_errors_of_the_operating_system(number: int, kind: str, words: str) -> N
     error = storage_error(Path("/out/a"), refusal)
     assert error.kind == kind
     assert words in str(error)
-    answer = not_written(refusal)
+    answer = storage_full(refusal)
     assert (None if answer is None else answer.code) == (None if kind == "failed" else f"storage_{kind}")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from app.scene3d.colours import INK, Entry, Paint, linear, paint
 from app.scene3d.data import UNKNOWN_SIZE
 from app.scene3d.geometry import UPRIGHT, Camera, focal_length, frustum_scale, metric_positions
-from app.scene3d.label_spread import label_text, lifts
+from app.scene3d.label_spread import label_offsets, label_text
 from app.scene3d.scenes.base import ENGINE_NOTE, Image, InitialView, SceneContext, remove_nodes
 from app.scene3d.view_state import ViewState
 from tsr_engine.records import FloatArray
@@ -155,7 +155,7 @@ class DriveScene:
         tops = np.array(
             [place + np.array([0, 0, size * PICTOGRAM_SCALE / 2 + 0.1]) for _, place, size in signs]
         ).reshape(-1, 3)
-        raised = lifts(tops, texts, EYE, TARGET)
+        raised = label_offsets(tops, texts, EYE, TARGET)
         for (track, place, size), text, top, lift in zip(signs, texts, tops, raised.tolist(), strict=True):
             self._draw_sign(track, place, size, track == chosen)
             self._draw_label(track, text, top, lift)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.scene3d.colours import INK, Entry, heat, linear
+from app.scene3d.colours import INK, Entry, height_colours, linear
 from app.scene3d.geometry import FLAT, grid_lines, surface
 from app.scene3d.scenes.base import Image, InitialView, SceneContext, remove_nodes
 from app.scene3d.view_state import ViewState
@@ -87,7 +87,7 @@ class PriorScene:
             )
             lines, values = grid_lines(prior.table, self._width, DEPTH, HEIGHT, every=8, lift=0.004)
             scene.add_line_segments(
-                "/prior/cloth", lines, linear(heat(values)), thickness=1.6, thickness_units="screen"
+                "/prior/cloth", lines, linear(height_colours(values)), thickness=1.6, thickness_units="screen"
             )
             legend += [
                 Entry((253, 231, 37), "prior: signs are usual here (1)"),

@@ -63,7 +63,7 @@ class VolumeScene:
     def draw(self, view_state: ViewState, before: ViewState | None) -> InitialView:
         """Update the scene; within the displayed part of the video only the cursor's objects are sent."""
         data = self._context.data
-        frame_range = self._stretch(view_state)
+        frame_range = self._displayed_range(view_state)
         is_new = before is None or frame_range != self.frame_range or view_state.colour != before.colour
         if is_new:
             self.frame_range = frame_range
@@ -97,7 +97,7 @@ class VolumeScene:
             notes.append(f"{self._left_out:,} blocks are left out; choose a shorter stretch to see all.")
         return tuple(notes)
 
-    def _stretch(self, view_state: ViewState) -> tuple[int, int]:
+    def _displayed_range(self, view_state: ViewState) -> tuple[int, int]:
         """First and last displayed frame. The range moves in steps of half its length, so most cursor moves keep it."""
         data = self._context.data
         if not len(data.frames):

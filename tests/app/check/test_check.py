@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.check.regressions import worse_places
+from app.check.regressions import find_regressions
 from app.check.reviewed import ReviewedDrive, reviewed_drive
 from app.cli.main import run
 from app.exchange.run_sources import run_source
@@ -67,7 +67,7 @@ def test_regressions_are_listed(api: ExchangeClient) -> None:
 
     def kinds(results: TrackTable) -> list[str]:
         after = evaluate_video("toy", drive.truth, results, 75)
-        return [place.kind for place in worse_places([drive], [before], [after], [results])]
+        return [place.kind for place in find_regressions([drive], [before], [after], [results])]
 
     assert kinds(rows) == []
     assert kinds(lost) == ["lost"]

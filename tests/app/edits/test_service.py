@@ -158,7 +158,7 @@ def test_imported_documents_end_with_the_video(edits: EditServices) -> None:
             first(document)
     assert edits.documents() == {}
     first(drawn)
-    assert edits.documents()["hdrawn01"].same(drawn)
+    assert edits.documents()["hdrawn01"].has_same_content(drawn)
 
 
 def test_a_video_being_imported_has_its_known_frames(edits: EditServices) -> None:

@@ -37,7 +37,7 @@ def test_a_replaced_store_is_opened_again(home: Any, tmp_path: Path) -> None:
 
 
 def test_few_readers_are_kept(home: Any, tmp_path: Path) -> None:
-    pool = ReaderPool(runs=2, idle=1)
+    pool = ReaderPool(max_folders=2, max_readers=1)
     folders = [shutil.copytree(home.folder, tmp_path / name) for name in "abc"]
 
     def two_readers(folder: Path) -> set[EvidenceReader]:

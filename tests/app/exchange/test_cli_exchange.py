@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.cli.data_folder import describe_choice, open_home, run_named
+from app.cli.data_folder import describe_run_choice, find_run, open_home
 from app.cli.main import run as tsr
 from app.settings import DATABASE_FILE, MAKE_HOME
 from app.storage.models import Run
@@ -95,7 +95,7 @@ def test_an_export_of_a_video_names_its_run(
         later["order"] = corrected.order + 1
         session.add(Run(**{**columns, **later}))
         session.flush()
-        reported_now = describe_choice(session, run_named(session, "drive.mp4"))
+        reported_now = describe_run_choice(session, find_run(session, "drive.mp4"))
         session.rollback()
     assert (
         f"the run 'again' of {later['created']:%Y-%m-%d %H:%M} UTC ({'f' * 32}), which has no corrections"

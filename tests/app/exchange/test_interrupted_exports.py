@@ -72,7 +72,7 @@ def test_a_running_export_is_cancelled(api: ExchangeClient, monkeypatch: pytest.
         api.post(f"/api/outputs/{output}/cancel")
         assert api.get(f"/api/outputs/{output}")["state"] == "queued", "its worker has to see it first"
         with pytest.raises(Stopped):
-            task.jobs.kinds.task("export")(task)
+            task.jobs.kinds.load_task("export")(task)
         end_stopped_task(task)
     assert api.get(f"/api/outputs/{output}")["state"] == "cancelled"
     assert api.output_files() == []

@@ -60,12 +60,12 @@ def test_a_folder_round_trips(store: SharedStore, run: Path, tmp_path: Path) -> 
 def test_damaged_objects_are_refused(store: SharedStore, run: Path, tmp_path: Path) -> None:
     store.put("runs/1", run)
     files = store.list_files("runs/1")
-    store.system.pipe_file(store.place("runs/1", "evidence.sqlite"), bytes(256 * 999))
+    store.system.pipe_file(store.path("runs/1", "evidence.sqlite"), bytes(256 * 999))
     with pytest.raises(SharedFilesError, match=r"runs/1/evidence.sqlite in the shared files .* is damaged") as damaged:
         store.get("runs/1", files, tmp_path / "back")
     assert damaged.value.code == "files_damaged"
     for text in (b"[]", b'{"files": {"../x": [1, "a"]}}', b'{"files": {"x": 1}}', b"\xff"):
-        store.system.pipe_file(store.place("runs/1.json"), text)
+        store.system.pipe_file(store.path("runs/1.json"), text)
         with pytest.raises(SharedFilesError, match=r"runs/1.json .* is damaged"):
             store.list_files("runs/1")
 
@@ -74,7 +74,7 @@ def test_other_files_than_those_known_are_refused(store: SharedStore) -> None:
     number = store.store_id(None)
     with pytest.raises(StorageError, match=r"does not hold the shared files that this server knows"):
         store.store_id("0" * 32)
-    store.system.rm(store.place("store.id"))
+    store.system.rm(store.path("store.id"))
     with pytest.raises(StorageError, match=r"store.id is missing"):
         store.store_id(number)
 

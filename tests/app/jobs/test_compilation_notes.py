@@ -186,5 +186,5 @@ def test_a_worker_that_stands_by_notes_what_its_preparations_compile() -> None:
 
     kind = JobKind("bake", "short", step("load"), lambda *_: None, prepare=(step("prepare"),))  # type: ignore[arg-type]
     kinds = JobKinds([kind], worker="no.such.module")
-    work(lambda: False, lambda _: None, kinds, lambda: len(done) == 6, stays=True, noting=noting)
+    work(lambda: False, lambda _: None, kinds, lambda: len(done) == 6, is_standby=True, noting=noting)
     assert done == ["begins", "load", "ends", "begins", "prepare", "ends"]

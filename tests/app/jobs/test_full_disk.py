@@ -95,7 +95,7 @@ def test_a_worker_waits_for_room(monkeypatch: pytest.MonkeyPatch, caplog: pytest
             raise answer
         return answer
 
-    worker.work(one_job, lambda _: None, JobKinds([], worker="w"), lambda: left == 0, stays=False)
+    worker.work(one_job, lambda _: None, JobKinds([], worker="w"), lambda: left == 0, is_standby=False)
     reported = warnings(caplog)
     assert [("disk is full" in text, "No space left" in text) for text in reported] == [
         (True, False),
@@ -118,6 +118,6 @@ def test_the_supervisor_reports_a_full_disk_once(
         if turns < 4:
             raise FULL
 
-    monkeypatch.setattr(supervisor, "turn", turn)
+    monkeypatch.setattr(supervisor, "check_workers", turn)
     supervisor.watch(lambda _: turns > 4)
     assert len(warnings(caplog)) == 2, "that it came and that it went"

@@ -114,7 +114,7 @@ def test_two_imports_do_not_delay_a_what_if_or_an_export(tmp_path: Path, monkeyp
     def submit(kind: str, subject: str) -> JobLock:
         with made.database.write() as session:
             job = made.jobs.submit(session, kind, subject)
-        supervisor.turn()
+        supervisor.check_workers()
         lock = JobLock(home, job.id)
         assert lock.acquire()
         with made.database.write() as session:
@@ -139,12 +139,12 @@ def test_a_job_that_ends_during_a_check_stays_ended(drive: Path, tmp_path: Path)
     assert job is not None
 
     class Late(JobQueue):
-        def running(self, session: Session) -> list[Job]:
+        def running_jobs(self, session: Session) -> list[Job]:
             return [job]
 
     with made.database.write() as session:
         made.jobs.finish(session, job.id, job.token, "done")
-    Supervisor(made.settings, made.database, Late(made.events, KINDS)).turn()
+    Supervisor(made.settings, made.database, Late(made.events, KINDS)).check_workers()
     assert (row(made, Run, run.id).state, job_of(made, run.id).state) == ("complete", "done")
     made.close()
 

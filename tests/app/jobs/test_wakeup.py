@@ -34,7 +34,7 @@ def test_a_standby_worker_prepares_for_the_expected_job(monkeypatch: pytest.Monk
     heard: list[ExpectedJob] = []
     monkeypatch.setattr(worker, "WakeupListener", lambda: WakeupListener(sender.receiver))
     sender.send(("follow", {"frame": 7}))
-    worker.work(lambda: False, heard.append, JobKinds([], worker="w"), lambda: bool(heard), stays=True)
+    worker.work(lambda: False, heard.append, JobKinds([], worker="w"), lambda: bool(heard), is_standby=True)
     assert heard == [("follow", {"frame": 7})]
     sender.close()
 

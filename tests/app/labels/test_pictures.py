@@ -15,7 +15,7 @@ import pytest
 from PIL import Image, PngImagePlugin
 
 from app.errors import Invalid
-from app.labels.pictures import MOST_BYTES, Pictograms, is_there, store_picture
+from app.labels.pictures import MAX_BYTES, Pictograms, picture_exists, store_picture
 from app.storage.database import Database
 from app.storage.models import LabelPicture
 from tests.app.databases import put_tables
@@ -56,7 +56,7 @@ def test_pictograms_differ_and_are_transparent_around_the_sign(sqlite: Database)
 
 
 def test_pictograms_are_drawn_once(sqlite: Database) -> None:
-    drawn = Pictograms(sqlite, most=2)
+    drawn = Pictograms(sqlite, max_cached=2)
     first = drawn.png("gtsrb/1", 32)
     assert drawn.png("gtsrb/1", 32) is first
     drawn.png("gtsrb/2", 32), drawn.png("gtsrb/3", 32)
@@ -70,8 +70,8 @@ def test_a_stored_picture_is_shown_square_and_kept_once(sqlite: Database) -> Non
     with sqlite.write() as session:
         name = store_picture(session, text(png(40, 20)))
         assert store_picture(session, text(png(40, 20))) == name
-        assert is_there(session, name)
-        assert not is_there(session, "sha256:" + "0" * 64)
+        assert picture_exists(session, name)
+        assert not picture_exists(session, "sha256:" + "0" * 64)
     shown = pixels(Pictograms(sqlite).png(name, 64))
     assert shown.shape == (64, 64, 4)
     assert shown[32, 32].tolist() == [0, 0, 255, 255]
@@ -118,7 +118,7 @@ def _with_size(width: int, height: int) -> bytes:
         (text(_with_size(0, 4)), "0 x 4 px"),
         (text(png(40, 40)[:60]), "damaged"),
         (text(_with_size(400, 400)), "damaged"),
-        (text(png(4, 4) + b"\0" * MOST_BYTES), "the limit is"),
+        (text(png(4, 4) + b"\0" * MAX_BYTES), "the limit is"),
     ],
 )
 def test_other_files_are_refused_in_a_sentence(sqlite: Database, sent: str, reported: str) -> None:

@@ -58,7 +58,7 @@ def team(team_server: Server) -> Iterator[Team]:
     """A person of each role; they are removed after the test."""
     made = make_team(team_server)
     yield made
-    made.unregister()
+    made.leave()
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ def test_another_process_adds_the_first_person(database: Database, people: Peopl
     other = Database(database.engine.url)
     PeopleService(other, EventBus()).add("Ada", "admin")
     other.close()
-    directory._until = 0.5  # a second later
+    directory._valid_until = 0.5  # a second later
     assert not directory.is_empty()
 
 

@@ -17,7 +17,7 @@ import zstandard
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from app.cli.serve import ReviewServer, serving
+from app.cli.serve import ReviewServer, server_config
 from app.security.connections import ConnectionLimits
 from tests.app.threaded_server import ThreadedServer
 from tests.app.toy_home import ToyHome
@@ -117,7 +117,9 @@ class SocketServer(ThreadedServer):
 
     def __init__(self, server: Server) -> None:
         super().__init__(server)
-        self.uvicorn = ReviewServer(serving(server.app, ConnectionLimits(head=HEAD_TIMEOUT_S), log_level="critical"))
+        self.uvicorn = ReviewServer(
+            server_config(server.app, ConnectionLimits(head=HEAD_TIMEOUT_S), log_level="critical")
+        )
         self.thread = type(self.thread)(target=self.uvicorn.run, kwargs={"sockets": [self.listener]}, daemon=True)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from app.scene3d.colours import Entry, heat, legend_html, linear, paint
+from app.scene3d.colours import Entry, height_colours, legend_html, linear, paint
 from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 
 NAMES = dict(enumerate(CLASS_NAMES))
@@ -48,6 +48,6 @@ def test_linear_light_is_the_inverse_of_srgb() -> None:
 
 
 def test_heat_goes_from_blue_to_yellow() -> None:
-    low, high = heat([0.0, 1.0]).astype(int)
+    low, high = height_colours([0.0, 1.0]).astype(int)
     assert low[2] > low[0]
     assert high[0] > high[2]

@@ -30,7 +30,7 @@ VOLUME = Volume(width=1600, height=800, first=10.0, last=20.0, size=4.0, depth=1
 
 def test_picture_and_time_map_to_the_corners_of_the_block() -> None:
     boxes = [[0, 0, 0, 0], [1600, 800, 1600, 800], [800, 400, 800, 400]]
-    places = VOLUME.places(boxes, [10.0, 20.0, 15.0])
+    places = VOLUME.positions(boxes, [10.0, 20.0, 15.0])
     assert np.allclose(places, [[-4, -5, 2], [4, 5, -2], [0, 0, 0]])
     assert VOLUME.half_width == pytest.approx(4.0)
 
@@ -112,7 +112,7 @@ def test_too_many_boxes_are_thinned_far_ones_first_and_selected_ones_last() -> N
 
 
 def test_a_block_has_the_size_of_the_box_and_the_depth_of_a_frame() -> None:
-    places, sizes = block_positions(VOLUME, [[100, 100, 300, 200], [0, 0, 1, 1]], [10.0, 15.0], 0.04, least=0.02)
+    places, sizes = block_positions(VOLUME, [[100, 100, 300, 200], [0, 0, 1, 1]], [10.0, 15.0], 0.04, min_side=0.02)
     assert np.allclose(sizes[0], [200 * 4 / 800, 0.04, 100 * 4 / 800])
     assert np.allclose(sizes[1], [0.02, 0.04, 0.02])
     assert np.allclose(places[0, 1], -5.0)

@@ -9,8 +9,8 @@ from app.scene3d.label_spread import (
     LABEL_HEIGHT_PX,
     LETTER_WIDTH_PX,
     VIEW_HEIGHT_PX,
+    label_offsets,
     label_text,
-    lifts,
 )
 
 EYE, TARGET = (-8.5, -13.0, 7.5), (1.0, 16.0, -0.5)
@@ -32,7 +32,7 @@ def test_no_label_covers_another() -> None:
     post = np.array([3.0, 20.0, 1.0]) + rng.normal(0, 0.3, (6, 3))
     points = np.concatenate([post, rng.uniform([-6, 8, 0], [6, 40, 3], (8, 3))])
     texts = [label_text("speed limit 60 km/h", f"#{i}", "20.0 m") for i in range(len(points))]
-    raised = lifts(points, texts, EYE, TARGET)
+    raised = label_offsets(points, texts, EYE, TARGET)
     assert (raised >= 0).all()
     x, y = seen(points + raised[:, None] * [0, 0, 1])
     wide = np.array([len(text) for text in texts]) * LETTER_WIDTH_PX / 2
@@ -44,9 +44,9 @@ def test_no_label_covers_another() -> None:
 
 
 def test_a_single_label_does_not_move() -> None:
-    assert lifts([[0, 10, 1], [8, 30, 1]], ["stop", "stop"], EYE, TARGET).tolist() == [0, 0]
-    assert lifts(np.zeros((0, 3)), [], EYE, TARGET).tolist() == []
-    assert lifts([[-8.5, -30, 7]], ["behind"], EYE, TARGET).tolist() == [0]
+    assert label_offsets([[0, 10, 1], [8, 30, 1]], ["stop", "stop"], EYE, TARGET).tolist() == [0, 0]
+    assert label_offsets(np.zeros((0, 3)), [], EYE, TARGET).tolist() == []
+    assert label_offsets([[-8.5, -30, 7]], ["behind"], EYE, TARGET).tolist() == [0]
 
 
 def test_a_label_names_the_class_and_is_shortened() -> None:

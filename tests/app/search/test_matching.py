@@ -52,10 +52,10 @@ class RecordingEvidence(EvidenceService):
         self.asked: list[str] = []
         self.listed: list[str] = []
 
-    def place(self, run_id: str) -> StoredRun:
+    def stored_run(self, run_id: str) -> StoredRun:
         """Where a run is stored."""
         self.asked.append(run_id)
-        return super().place(run_id)
+        return super().stored_run(run_id)
 
     def tracks(self, run_id: str) -> bytes:
         self.listed.append(run_id)

@@ -15,7 +15,7 @@ from app.exchange.retrain_task import export_reviews
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import end_stopped_task
 from app.storage.models import Job, ModelVersion, Run, Video
-from app.training.folders import begin_with, models_of_run
+from app.training.folders import models_for_start, models_of_run
 from app.training.task import retrain_models
 from app.training.view import label_facts
 from tests.app import toy_home
@@ -147,7 +147,7 @@ def test_promote_run_roll_back(api: TrainingClient, version: dict[str, Any]) -> 
     assert api.client.post("/api/models/rollback").status_code == 409
     before = api.home.add_run(state="queued", models={}, folder="runs/none")
     with api.home.database.write() as session:
-        assert begin_with(settings, session, session.get_one(Run, before)) is None
+        assert models_for_start(settings, session, session.get_one(Run, before)) is None
     answer = api.client.post(f"/api/models/{version['id']}/promote")
     assert answer.status_code == 200
     assert answer.json()["active"]
@@ -161,7 +161,7 @@ def test_promote_run_roll_back(api: TrainingClient, version: dict[str, Any]) -> 
     assert run["models"]["classifier"] == version["models"]["classifier"]
 
     with api.home.database.write() as session:  # a run started before the promotion keeps its models
-        assert begin_with(settings, session, session.get_one(Run, before)) is None
+        assert models_for_start(settings, session, session.get_one(Run, before)) is None
         assert models_of_run(settings, session, session.get_one(Run, started["id"])) == (
             settings.home / "models" / version["id"]
         )

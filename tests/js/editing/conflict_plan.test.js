@@ -102,7 +102,10 @@ test('what makes no sense any more is reported with its reason and is not made',
     [{ name: 'split', key: 'm1', frame: 50, new_key: 'h00000001' }],
   );
   assert.deepEqual([plan.commands, plan.mine, plan.lost.length], [[], [], 1]);
-  assert.match(withTrackNames(describeConflict(plan, {}, (key) => key)[0], {}), /cannot be kept\. Track #1 has nothing on one side of frame 50/);
+  assert.match(
+    withTrackNames(describeConflict(plan, {}, (key) => key)[0], {}),
+    /cannot be kept\. Track #1 has nothing on one side of frame 50/,
+  );
 });
 
 test('a note is repeated on top of other changes without a question', async () => {

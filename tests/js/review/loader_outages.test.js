@@ -69,17 +69,17 @@ test('a request that timed out is repeated, and its banner is removed', async ()
 });
 
 test('the banner goes when what failed is no longer needed', async () => {
-  const { store, failure } = await create();
+  const { store, failure } = await createLoaderFixture();
   const shown = () => store.get().banners.map(({ text }) => text);
   failure.thrown = new ApiError(0, 'timeout', 'The server did not answer in time.');
   for (const track of ['m7', 'm8']) {
     store.dispatch(select, track);
-    await turn();
+    await tick();
   }
   assert.deepEqual(shown(), ['The server did not answer in time.']);
   failure.thrown = null;
-  await eventually(() => store.get().review?.laneOf[8] !== undefined);
-  await eventually(() => shown().length === 0);
+  await waitUntil(() => store.get().review?.laneOf[8] !== undefined);
+  await waitUntil(() => shown().length === 0);
   assert.ok(!store.get().review?.laneOf[7], 'nobody needs it');
 });
 

@@ -2,8 +2,7 @@
 /** Resolve a conflict: somebody else saved the same track first. Shows both versions side by side. */
 
 import { sentence } from '../../api/errors.js';
-import { describe, describeUndone, named } from '../../editing/words.js';
-import { commandName as words, describeUndone, withTrackNames } from '../../editing/command_names.js';
+import { commandName, describeUndone, withTrackNames } from '../../editing/command_names.js';
 import { verdictOf } from '../../model/documents.js';
 import { className } from '../../model/labels.js';
 import { trackName } from '../../model/track_name.js';
@@ -96,7 +95,7 @@ export function describeConflict({ moved, lost }, others, nameOf, when = moment)
       ? `Track ${nameOf(key)} was deleted: “Keep mine” restores it.`
       : `Track ${nameOf(key)} was merged into ${nameOf(into)}: “Keep mine” makes your change there.`,
   );
-  return [...savedChanges, ...movedTexts, ...lost.map(({ name, why }) => `“${describe(name)}” cannot be kept. ${why}`)];
+  return [...savedChanges, ...movedTexts, ...lost.map(({ name, why }) => `“${commandName(name)}” cannot be kept. ${why}`)];
 }
 
 /**
