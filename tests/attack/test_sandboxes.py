@@ -180,13 +180,13 @@ def test_a_worker_drops_permissions(tmp_path: Path) -> None:
         assert done[name] & {*SOCKETS, "another program"} == needed, name
 
 
-def test_a_cage_without_a_folder_cannot_write(sandboxes: Sandboxes, tmp_path: Path) -> None:
+def test_a_sandbox_without_a_folder_cannot_write(sandboxes: Sandboxes, tmp_path: Path) -> None:
     with pytest.raises(SandboxError):
         sandboxes.run(MODULE + "sleep", str(tmp_path / "mark"), limits=Limits(512, wall=20))
     assert not (tmp_path / "mark").exists() or not (tmp_path / "mark").read_text()
 
 
-def test_a_cage_ends_with_its_client(sandboxes: Sandboxes, tmp_path: Path) -> None:
+def test_a_sandbox_ends_with_its_client(sandboxes: Sandboxes, tmp_path: Path) -> None:
     mark, left = tmp_path / "mark", threading.Event()
     ended: list[float] = []
 
