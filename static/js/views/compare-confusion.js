@@ -1,7 +1,7 @@
 // @ts-check
 /** The confusion matrix: a table that is also a heat map; correct cells are on the diagonal. */
 
-import { className, labelFor } from '../model/labels.js';
+import { labelName, labelFor } from '../model/labels.js';
 import { h } from './dom.js';
 import { count, plural } from '../model/format.js';
 import { pictureThatMayMiss } from './pictures.js';
@@ -42,7 +42,7 @@ export function arrangeConfusion({ classes, cells }) {
  */
 export function cellWords({ reference, candidate }, labels, words = {}) {
   /** @param {number|null} id */
-  const name = (id) => words[String(id)] ?? className(labels, id);
+  const name = (id) => words[String(id)] ?? labelName(labels, id);
   if (candidate === null) return `${name(reference)}, missed`;
   return `${reference === null ? 'No sign' : name(reference)}, read as ${name(candidate)}`;
 }
@@ -58,7 +58,7 @@ export function createConfusion(found, labels, show) {
   /** @param {number|null} id @param {string} none */
   const head = (id, none) => {
     const picture = labelFor(labels, id)?.picture;
-    const words = id === null ? none : (found.confusion.words?.[String(id)] ?? className(labels, id));
+    const words = id === null ? none : (found.confusion.words?.[String(id)] ?? labelName(labels, id));
     return h(
       'span.matrix-head',
       { title: words },

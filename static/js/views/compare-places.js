@@ -4,8 +4,8 @@
  * taken over.
  */
 
-import { cropRegion, placeIn } from '../model/crop_region.js';
-import { className } from '../model/labels.js';
+import { cropRegion, cssPosition } from '../model/crop_region.js';
+import { labelName } from '../model/labels.js';
 import { formatRoute } from '../model/route.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
@@ -190,7 +190,7 @@ export function createPlaces(app, found, labels, changed) {
    */
   function crop(frame, region, side, { box, other_box: other }) {
     /** @param {import('../types.js').Box} one @param {'reference'|'candidate'} whose */
-    const frameOf = (one, whose) => h('span', { class: `place-box place-box-${whose}`, style: placeIn(one, region) });
+    const frameOf = (one, whose) => h('span', { class: `place-box place-box-${whose}`, style: cssPosition(one, region) });
     return h(
       'span.place-crop',
       pictureThatMayMiss({
@@ -225,7 +225,7 @@ const enclosing = (boxes) => [
  */
 export function pairWords({ confusion }, side, { label, other, other_label, iou }, labels) {
   /** @param {number|null} id */
-  const name = (id) => confusion.words?.[String(id)] ?? className(labels, id);
+  const name = (id) => confusion.words?.[String(id)] ?? labelName(labels, id);
   if (other === null) return `${name(label)}, no box of the ${side === 'reference' ? 'candidate' : 'reference'} on it`;
   const [a, b] = side === 'reference' ? [label, other_label] : [other_label, label];
   return `${a === b ? name(a) : `${name(a)} → ${name(b)}`}, IoU ${iou.toFixed(2)}`;

@@ -1,7 +1,7 @@
 // @ts-check
 /** Waits for a file that the server is making. */
 
-import { mayRepeat } from '../api/errors.js';
+import { isRetryable } from '../api/errors.js';
 import { isActive } from './output-words.js';
 
 /**
@@ -23,7 +23,7 @@ export async function finished(file, ask, { pause, left }) {
     try {
       now = await ask(now.id);
     } catch (thrown) {
-      if (!mayRepeat(thrown)) throw thrown;
+      if (!isRetryable(thrown)) throw thrown;
     }
     if (left()) return null;
   }

@@ -1,7 +1,7 @@
 // @ts-check
 /** The assignments of a video on its card, with a button for reviewers. Hidden in a library of one user. */
 
-import { framesOf, may, STATES } from '../model/team.js';
+import { assignedFrames, may, STATES } from '../model/team.js';
 import { openDialog } from '../store/actions/page.js';
 import { fill, h } from './dom.js';
 import { icon } from './icons.js';
@@ -31,7 +31,7 @@ export function createAssigned(app, id) {
           .map((one) =>
             h(
               'span',
-              { class: `state-chip state-${one.state}`, title: `${one.person}: ${STATES[one.state]}, ${framesOf(one)}` },
+              { class: `state-chip state-${one.state}`, title: `${one.person}: ${STATES[one.state]}, ${assignedFrames(one)}` },
               `${one.person}: ${STATES[one.state]}`,
             ),
           ),

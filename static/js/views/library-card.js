@@ -3,8 +3,8 @@
 
 import { sentence } from '../api/errors.js';
 import { isVideoFile } from '../model/exchange.js';
-import { reviewOf } from '../model/route.js';
-import { runPart } from '../model/run_progress.js';
+import { reviewAddress } from '../model/route.js';
+import { runShare } from '../model/run_progress.js';
 import { may } from '../model/team.js';
 import { dropVideo, openDialog, putVideo } from '../store/actions/page.js';
 import { createAssigned } from './library-assigned.js';
@@ -14,7 +14,7 @@ import { bytes, clock, count, figure, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { createMeter, setMeter } from './meter.js';
 import { pictureOrNothing } from './pictures.js';
-import { runProgress } from '../model/run_words.js';
+import { runProgress } from '../model/describe_run.js';
 import { toast } from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -123,7 +123,7 @@ function stateOf(video, runs) {
   } else {
     const busy = runs?.find((run) => run.state === 'running') ?? runs?.find((run) => run.state === 'queued');
     const latest = runs?.find((run) => run.id === video.latest_run);
-    if (busy) lines.push(h('p.small', runProgress(busy)), meter(runPart(busy), 'Run'));
+    if (busy) lines.push(h('p.small', runProgress(busy)), meter(runShare(busy), 'Run'));
     else if (latest && latest.state !== 'complete') lines.push(message(latest.state === 'failed' ? 'bad' : 'warn', runProgress(latest)));
     const { tracks, reviewed } = video.review;
     if (!busy && video.latest_run && tracks > 0) {
@@ -175,7 +175,7 @@ function actionsOf(app, video) {
   const { session } = app.store.get();
   const actions = [];
   if (video.state === 'ready' && video.latest_run) {
-    actions.push(h('a.btn.btn-primary', { href: reviewOf(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'));
+    actions.push(h('a.btn.btn-primary', { href: reviewAddress(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'));
     actions.push(
       h('button.btn', { onclick: open, 'aria-label': `${plural(video.runs, 'run')} of ${video.name}` }, plural(video.runs, 'run')),
     );

@@ -1,8 +1,8 @@
 // @ts-check
 /** Assignments at the top of the library: the person's own, and for reviewers those that were handed in. */
 
-import { framesOf, STATES } from '../model/team.js';
-import { placeOfWork, waitingWork } from '../operations/team.js';
+import { assignedFrames, STATES } from '../model/team.js';
+import { assignmentAddress, assignmentsForUser } from '../operations/team.js';
 import { fill, h } from './dom.js';
 import { plural } from '../model/format.js';
 
@@ -15,10 +15,10 @@ const row = (one, own) =>
     'li.work-row',
     h(
       'a.work-link',
-      { href: placeOfWork(one) },
+      { href: assignmentAddress(one) },
       h('span', { class: `state-chip state-${one.state}` }, STATES[one.state]),
       h('span.work-name.truncate', { dir: 'auto' }, one.video_name),
-      h('span.small.muted', own ? framesOf(one) : `${one.person}, ${framesOf(one)}`),
+      h('span.small.muted', own ? assignedFrames(one) : `${one.person}, ${assignedFrames(one)}`),
       one.comment && h('span.work-comment.truncate.grow.small', { dir: 'auto', title: one.comment }, `“${one.comment}”`),
     ),
   );
@@ -30,7 +30,7 @@ export function createWork() {
   return {
     element,
     update(state) {
-      const { own, review } = waitingWork(state);
+      const { own, review } = assignmentsForUser(state);
       const key = JSON.stringify([own, review]);
       if (key === shown) return;
       shown = key;

@@ -4,7 +4,7 @@
  * place.
  */
 
-import { sizeOf, zoomedTo } from '../model/geometry.js';
+import { sizeOf, zoomToBox } from '../model/geometry.js';
 import { changeReview, setViewport } from '../store/actions/review.js';
 
 /** The longest wait for a review to open, ms. */
@@ -43,7 +43,7 @@ export function openOver(app, run, { second = null, truth = null, video = null }
     if (place !== null)
       queueMicrotask(() =>
         app.store.dispatch((now) =>
-          changeReview(setViewport(now, zoomedTo(place.box, SIDE, sizeOf(now.review?.video))), { truthSign: place.sign }),
+          changeReview(setViewport(now, zoomToBox(place.box, SIDE, sizeOf(now.review?.video))), { truthSign: place.sign }),
         ),
       );
   }

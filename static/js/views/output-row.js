@@ -3,7 +3,7 @@
 
 import { sentence } from '../api/errors.js';
 import { formatRoute } from '../model/route.js';
-import { dropMade, openDialog, putOutput } from '../store/actions/page.js';
+import { dropOutputOrModel, openDialog, putOutput } from '../store/actions/page.js';
 import { content, facts, isActive, KINDS, partOf, skipped, stateWords, warnings } from './output-words.js';
 import { fill, h, setText } from './dom.js';
 import { count, plural } from '../model/format.js';
@@ -195,7 +195,7 @@ function actionsOf(app, output) {
 function askRemove(app, output) {
   const remove = async () => {
     await app.api.removeOutput(output.id);
-    app.store.dispatch(dropMade, output.id);
+    app.store.dispatch(dropOutputOrModel, output.id);
     toast(`${output.name} was deleted.`);
   };
   if (output.state !== 'complete') {

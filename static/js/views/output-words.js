@@ -1,7 +1,7 @@
 // @ts-check
 /** Files made from runs, in words. Pure functions. */
 
-import { listed } from '../model/track_name.js';
+import { listNames } from '../model/track_name.js';
 import { bytes, count, moment, plural } from '../model/format.js';
 
 /** @typedef {import('../types.js').Output} Output */
@@ -86,7 +86,7 @@ const NAMED = 6;
 export function warnings({ summary }) {
   const sides = Object.entries(summary.split?.lacks ?? {})
     .filter(([, names]) => Array.isArray(names) && names.length > 0)
-    .map(([side, names]) => `The ${side} part has no sign of ${listed(names.map(String), NAMED)}, which others have.`);
+    .map(([side, names]) => `The ${side} part has no sign of ${listNames(names.map(String), NAMED)}, which others have.`);
   const open = Number(summary.open_left ?? 0);
   return open > 0
     ? [...sides, `${plural(open, 'open track')} left out: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`]

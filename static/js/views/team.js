@@ -4,7 +4,7 @@
 import { sentence } from '../api/errors.js';
 import { commandName } from '../editing/command_names.js';
 import { formatRoute } from '../model/route.js';
-import { anHour, may } from '../model/team.js';
+import { tracksPerHour, may } from '../model/team.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
 import { emptyState, failure, waiting } from './empty.js';
@@ -119,7 +119,7 @@ function mineOf(app, signal) {
 function personRow(worker) {
   const numbers = [
     count(worker.decided),
-    anHour(worker) ?? '–',
+    tracksPerHour(worker) ?? '–',
     count(worker.rejected),
     worker.hours.toFixed(1),
     count(worker.assigned),
@@ -144,7 +144,7 @@ function personRow(worker) {
  */
 function activityOf(app, activity, signal) {
   const { worker } = activity;
-  const speed = anHour(worker);
+  const speed = tracksPerHour(worker);
   const list = h('ol.activity', { 'aria-label': 'Activity, newest first' }, ...activity.done.map(doneRow));
   const own = app.store.get().session?.person?.name === worker.name;
   let before = activity.more;

@@ -11,7 +11,7 @@ import { fill, h, leaveKeysToPicture, setAttribute, setText } from './dom.js';
 import { icon, isIcon } from './icons.js';
 import { modelsTag } from './model-words.js';
 import { createPerson } from './topbar-person.js';
-import { runTitle } from '../model/run_words.js';
+import { runTitle } from '../model/describe_run.js';
 import { toast } from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -180,7 +180,7 @@ function showChooser(state, chooser, videos, runs) {
   const own = state.runs[route.video] ?? (state.review?.run ? [state.review.run] : []);
   options(
     runs,
-    listRuns(own).map(({ run, under }) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelsTag(run, state.models)}`]),
+    listRuns(own).map(({ run, isWhatIf: under }) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelsTag(run, state.models)}`]),
     state.review?.run?.id ?? route.run ?? '',
     'no longer exists',
   );

@@ -2,8 +2,8 @@
 /** The open assignment above the picture: its instructions and its state. */
 
 import { sentence } from '../api/errors.js';
-import { framesOf, may, STATES } from '../model/team.js';
-import { openWork, waitingWork } from '../operations/team.js';
+import { assignedFrames, may, STATES } from '../model/team.js';
+import { openAssignment, assignmentsForUser } from '../operations/team.js';
 import { runOperation } from '../operations/registry.js';
 import { openDialog } from '../store/actions/page.js';
 import { putAssignment } from '../store/actions/team.js';
@@ -81,8 +81,8 @@ export function createWorkStrip(app) {
   return {
     element,
     update(state) {
-      const work = openWork(state);
-      const waiting = waitingWork(state);
+      const work = openAssignment(state);
+      const waiting = assignmentsForUser(state);
       const others = [...waiting.own, ...waiting.review].filter(({ id }) => id !== work?.id).length;
       const key = JSON.stringify([work, others, state.session?.person]);
       if (key === shown) return;
@@ -94,7 +94,7 @@ export function createWorkStrip(app) {
       fill(
         element,
         h('span', { class: `state-chip state-${work.state}` }, STATES[work.state]),
-        h('span.truncate', `${own ? 'Your work' : `Work of ${work.person}`}: ${framesOf(work)}`),
+        h('span.truncate', `${own ? 'Your work' : `Work of ${work.person}`}: ${assignedFrames(work)}`),
         work.comment &&
           h('span.work-comment.truncate.grow', { dir: 'auto', title: `${work.changed_by}: ${work.comment}` }, `“${work.comment}”`),
         !work.comment && h('span.grow'),

@@ -20,7 +20,7 @@ const track = (id, x) => ({
 });
 
 /** A state with three tracks, a detection of each and one of none, and a box of ground truth. */
-function open() {
+function openReviewState() {
   const detections = [1, 2, 3, null].map((of, i) => ({ box: [100 * i, 10, 100 * i + 20, 30], raw: i, prior: 0, score: i, track: of }));
   const overlay = { frame: 0, detections, tracks: [track(1, 0), track(2, 100), track(3, 200)] };
   const layers = {
@@ -48,7 +48,7 @@ function open() {
 }
 
 /** What is written into the picture. @param {import('../../../static/js/state-types.js').State} state */
-function written(state) {
+function drawnTexts(state) {
   /** @type {string[]} */
   const texts = [];
   const ctx = new Proxy(
@@ -66,20 +66,20 @@ function written(state) {
 }
 
 test('all are named, then only the selected track and the one under the pointer; all boxes stay', () => {
-  const all = written(open());
+  const all = drawnTexts(openReviewState());
   assert.deepEqual(all.texts, ['0.0 → 0.0', '1.0 → 1.0', '2.0 → 2.0', '3.0 → 3.0', 'class 1', 'class 2', 'class 3', 'class 9']);
-  const few = toggleFewLabels(open());
-  assert.deepEqual(written(few).texts, ['1.0 → 1.0', 'class 2']);
-  assert.deepEqual(written(few).counts, all.counts);
-  assert.deepEqual(written(hover(few, 'm3')).texts, ['1.0 → 1.0', '2.0 → 2.0', 'class 2', 'class 3']);
-  assert.deepEqual(written(hover(hover(few, 'm3'), null)).texts, ['1.0 → 1.0', 'class 2']);
-  assert.deepEqual(written(toggleFewLabels(hover(few, 'm3'))).texts, all.texts);
+  const few = toggleFewLabels(openReviewState());
+  assert.deepEqual(drawnTexts(few).texts, ['1.0 → 1.0', 'class 2']);
+  assert.deepEqual(drawnTexts(few).counts, all.counts);
+  assert.deepEqual(drawnTexts(hover(few, 'm3')).texts, ['1.0 → 1.0', '2.0 → 2.0', 'class 2', 'class 3']);
+  assert.deepEqual(drawnTexts(hover(hover(few, 'm3'), null)).texts, ['1.0 → 1.0', 'class 2']);
+  assert.deepEqual(drawnTexts(toggleFewLabels(hover(few, 'm3'))).texts, all.texts);
 });
 
 test('the choice goes on to what is opened next; where all are named the pointer changes nothing', () => {
-  const few = toggleFewLabels(open());
+  const few = toggleFewLabels(openReviewState());
   assert.equal(openReview(few, /** @type {any} */ ({ id: 'w' })).review?.fewLabels, true);
-  const all = open();
+  const all = openReviewState();
   assert.equal(hover(all, 'm1'), all);
   const hovered = hover(few, 'm3');
   assert.equal(hover(hovered, 'm3'), hovered);

@@ -28,24 +28,24 @@ const overlay = (x, frame = 0) => ({
 });
 
 /** A track that goes 20 px to the right a frame, and a look at it frame by frame. */
-function look() {
+function createViewer() {
   const overlays = Object.fromEntries([0, 1, 2, 3, 4, 5, 6].map((frame) => [frame, overlay(100 + 20 * frame, frame)]));
   let state = openReview(initialState(), /** @type {any} */ ({ id: 'v', width: 1280, height: 720, frames: 7 }));
   const keepInView = createKeepInView();
   /** @param {Record<string, any>} change */
-  const see = (change) => {
+  const showFrame = (change) => {
     state = changeReview(state, /** @type {any} */ (change.frame === undefined ? change : { ...change, shown: change.frame }));
     const review = /** @type {import('../../../static/js/state-types.js').ReviewState} */ (state.review);
     const view = keepInView.viewOf(review, SCREEN, false);
     state = changeReview(state, { viewport: view });
     return view;
   };
-  see({ overlays, frame: 0, selected: 'm1', viewport: { zoom: 4, x: 110, y: 110 } });
-  return see;
+  showFrame({ overlays, frame: 0, selected: 'm1', viewport: { zoom: 4, x: 110, y: 110 } });
+  return showFrame;
 }
 
 test('a track that leaves the sight as time goes on is followed, at the same zoom', () => {
-  const see = look();
+  const see = createViewer();
   const view = see({ frame: 1 });
   assert.deepEqual(view, { zoom: 4, x: 110, y: 110 }, 'it is in sight still');
   assert.equal(see({ frame: 2 }), view);
@@ -54,7 +54,7 @@ test('a track that leaves the sight as time goes on is followed, at the same zoo
 });
 
 test('whoever has moved the view away from a track is left in peace, until it is in sight again', () => {
-  const see = look();
+  const see = createViewer();
   const away = see({ viewport: { zoom: 4, x: 600, y: 400 } });
   assert.deepEqual(away, { zoom: 4, x: 600, y: 400 });
   assert.equal(see({ frame: 3 }), away);
@@ -63,14 +63,14 @@ test('whoever has moved the view away from a track is left in peace, until it is
 });
 
 test('a look at a corner, closer than the whole box, stays where it is', () => {
-  const see = look();
+  const see = createViewer();
   const close = see({ viewport: { zoom: 30, x: 110, y: 110 } });
   assert.equal(close.zoom, 30);
   assert.equal(see({ frame: 1 }), close);
 });
 
 test('nothing moves while the boxes of a frame are on their way, and a track is followed over a gap', () => {
-  const see = look();
+  const see = createViewer();
   const view = see({ frame: 1 });
   assert.equal(see({ frame: 5, overlays: {}, run: { first: 0, frames_done: 7 } }), view);
   assert.equal(see({ frame: 5, overlays: { 5: { frame: 5, detections: [], tracks: [] } } }), view, 'no box here');

@@ -2,14 +2,14 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { placeLabels } from '../../../static/js/model/label_places.js';
+import { placeLabels } from '../../../static/js/model/label_layout.js';
 import { changeReview, openReview, toggleLayer } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { paintLayers } from '../../../static/js/views/picture/painter.js';
 
 const BOX = [100, 100, 200, 200];
 /** A selected track whose prediction, search and second-best window lie within its box. */
-function open() {
+function openReviewState() {
   const gate = { l_positive: 4.93, confident: true };
   const track = {
     id: 1,
@@ -35,7 +35,7 @@ function open() {
 }
 
 /** What is painted, in its order. @param {import('../../../static/js/state-types.js').State} state */
-function painted(state) {
+function paintedBoxes(state) {
   /** @type {{what: string, at: any[]}[]} */
   const calls = [];
   const ctx = new Proxy(
@@ -62,7 +62,7 @@ function painted(state) {
 const corners = ({ at: [x, y, wide, high] }) => [x, y, x + wide, y + high];
 
 test('nothing lies over the sign of the selected box but its own outline and handles', () => {
-  const calls = painted(open());
+  const calls = paintedBoxes(openReviewState());
   const cleared = calls.findIndex(({ what }) => what === 'clearRect');
   assert.deepEqual(corners(calls[cleared]), BOX);
   const after = calls
@@ -81,8 +81,8 @@ test('nothing lies over the sign of the selected box but its own outline and han
 });
 
 test('the uncertainty box and the gate value are there when they are asked for', () => {
-  const state = toggleLayer(toggleLayer(open(), 'uncertainty'), 'gate');
-  const calls = painted(state);
+  const state = toggleLayer(toggleLayer(openReviewState(), 'uncertainty'), 'gate');
+  const calls = paintedBoxes(state);
   const cleared = calls.findIndex(({ what }) => what === 'clearRect');
   assert.ok(calls.slice(cleared).some((call) => call.what === 'rect' && String(corners(call)) === '140,140,160,160'));
   assert.ok(calls.some(({ what, at }) => what === 'fillText' && at[0] === 'stop gate 4.9'));

@@ -4,7 +4,7 @@ import { test } from 'node:test';
 import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, scoreRange, shownQueue } from '../../../static/js/model/queue.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { NO_CLASS, blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { drive } from '../harness/synthetic.js';
+import { syntheticRun } from '../harness/synthetic_run.js';
 import { label } from '../labels.js';
 
 const LABELS = [
@@ -21,7 +21,7 @@ const LABELS = [
  */
 function state(docs = {}, filter = {}, selected = null) {
   const tracks = {
-    ...drive(1000, 3).tracks,
+    ...syntheticRun(1000, 3).tracks,
     id: [1, 2, 3],
     uncertainty: [0.1, 0.9, 0.5],
     rank: [0.1, 0.9, 0.5],
@@ -167,14 +167,14 @@ test('none of the classes is an answer of its own: filtered, found and doubted a
 });
 
 test('deleted tracks are not in the queue, people’s own are', () => {
-  const own = {
+  const drawn = {
     ...blankDoc('hab'),
     class_id: 1,
     keys: {
       5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
     },
   };
-  const docs = { m2: doc(2, { gone: true }), hab: own };
+  const docs = { m2: doc(2, { gone: true }), hab: drawn };
   assert.deepEqual(queueOrder(state(docs)), ['m3', 'm1', 'hab']);
   const entry = trackEntries(state(docs).review.tracks, docs).at(-1);
   assert.equal(entry?.track, null);

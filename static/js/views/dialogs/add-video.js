@@ -2,7 +2,7 @@
 /** Add videos from the server's machine: browse folders, or type a path. */
 
 import { sentence } from '../../api/errors.js';
-import { addedWords, oneByOne, toggled } from '../../model/several_videos.js';
+import { addedMessage, processAll, togglePath } from '../../model/several_videos.js';
 import { putVideo } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { waiting } from '../empty.js';
@@ -77,7 +77,7 @@ export function addVideoDialog({ app, close, signal }) {
         folder.folders.map((name) =>
           row('folder', lastName(name), name, () => open(name.startsWith('/') ? name : join(folder.path, name))),
         ),
-        folder.videos.map((video) => row('film', video.name, bytes(video.size), () => choose(toggled(chosen, video.path)), video.path)),
+        folder.videos.map((video) => row('film', video.name, bytes(video.size), () => choose(togglePath(chosen, video.path)), video.path)),
         folder.videos.length === 0 &&
           !folder.truncated &&
           h('p.muted.browser-none', folder.folders.length ? 'No video in this folder.' : 'This folder is empty: no video, no folder.'),
@@ -99,7 +99,7 @@ export function addVideoDialog({ app, close, signal }) {
     }
     add.disabled = true;
     error.hidden = true;
-    const { done, left, errors } = await oneByOne(
+    const { done, left, errors } = await processAll(
       wanted,
       (one) => {
         if (wanted.length > 1) setText(add, `Adding ${count(wanted.indexOf(one) + 1)} of ${count(wanted.length)} …`);
@@ -108,7 +108,7 @@ export function addVideoDialog({ app, close, signal }) {
       sentence,
     );
     add.disabled = false;
-    if (done.length) toast(addedWords(done));
+    if (done.length) toast(addedMessage(done));
     if (signal.aborted) return;
     if (left.length === 0) {
       close();

@@ -1,8 +1,8 @@
 // @ts-check
 /** A live estimate of what an export contains, from tracks and documents, without reading boxes. */
 
-import { countOut } from '../../model/exchange.js';
-import { resolved } from '../../model/labels.js';
+import { countExported } from '../../model/exchange.js';
+import { resolveLabelId } from '../../model/labels.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../../model/format.js';
 
@@ -62,7 +62,7 @@ export function createExportCount(app, signal, tell) {
       /** @type {Map<number, number>} */
       const byLabel = new Map();
       for (const { tracks, docs } of runs) {
-        const out = countOut(tracks, docs, rule, (id) => resolved(labels, id));
+        const out = countExported(tracks, docs, rule, (id) => resolveLabelId(labels, id));
         sum.tracks += out.tracks;
         sum.boxes += out.boxes;
         sum.rejected += out.rejected;

@@ -2,7 +2,7 @@
 /** Export: choose runs, content and format; then shows the progress of the file. */
 
 import { ApiError, sentence } from '../../api/errors.js';
-import { numberIn, restoreChoice } from '../../model/exchange.js';
+import { parseNumber, restoreChoice } from '../../model/exchange.js';
 import { putOutput, setRuns } from '../../store/actions/page.js';
 import { createOutputRow } from '../output-row.js';
 import { isActive } from '../output-words.js';
@@ -125,10 +125,10 @@ export function exportDialog({ app, data, close, signal }) {
     const frames = runs.frames();
     const most = frames === null ? 2 ** 31 - 2 : frames - 1;
     const numbers = {
-      side: numberIn(side.value, { name: 'The smallest side', low: 0, high: 10_000, empty: null }),
-      first: numberIn(first.value, { name: 'The first frame', low: 0, high: most, whole: true, empty: 0 }),
-      last: numberIn(last.value, { name: 'The last frame', low: 0, high: most, whole: true, empty: null }),
-      thin: numberIn(thin.value, { name: 'The bound', low: 0, high: 100 }),
+      side: parseNumber(side.value, { name: 'The smallest side', low: 0, high: 10_000, empty: null }),
+      first: parseNumber(first.value, { name: 'The first frame', low: 0, high: most, whole: true, empty: 0 }),
+      last: parseNumber(last.value, { name: 'The last frame', low: 0, high: most, whole: true, empty: null }),
+      thin: parseNumber(thin.value, { name: 'The bound', low: 0, high: 100 }),
       ...split.numbers(),
     };
     /** @type {Record<string, number|null>} */

@@ -3,7 +3,7 @@
 
 import { docOf } from '../../editing/revisions.js';
 import { shownSpan } from '../../model/effective.js';
-import { numberIn } from '../../model/exchange.js';
+import { parseNumber } from '../../model/exchange.js';
 import { trackName } from '../../model/track_name.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
@@ -62,9 +62,9 @@ export function createFrameRange(review, { id, begin, most, changed }) {
 
   /** @returns {{first: number, stop: number}|{error: string}} */
   function value() {
-    const low = numberIn(from.value, { name: 'The first frame', low: first, high: last, whole: true });
+    const low = parseNumber(from.value, { name: 'The first frame', low: first, high: last, whole: true });
     if ('error' in low) return low;
-    const high = numberIn(to.value, { name: 'The last frame', low: first, high: last, whole: true });
+    const high = parseNumber(to.value, { name: 'The last frame', low: first, high: last, whole: true });
     if ('error' in high) return high;
     const frames = Number(high.value) - Number(low.value) + 1;
     if (frames < 1) return { error: 'The last frame comes before the first.' };

@@ -10,8 +10,8 @@ import { fill, h, setText } from '../dom.js';
 import { bytes, count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { openOver } from '../open-over.js';
-import { recall, remember, signature } from '../../core/preferences.js';
-import { runTitle } from '../../model/run_words.js';
+import { recall, remember, authorName } from '../../core/preferences.js';
+import { runTitle } from '../../model/describe_run.js';
 import { toast } from '../../core/toast.js';
 import { createDropField } from './drop-field.js';
 import { field, group, tick } from './fields.js';
@@ -192,7 +192,7 @@ export function importDialog({ app, data, close, signal }) {
             label_map: JSON.stringify({ ...map.map, ...answers.map }),
             unknown,
             add: JSON.stringify(answers.add),
-            author: signature(app.store.get().session),
+            author: authorName(app.store.get().session),
           },
           sending,
         ),

@@ -3,7 +3,7 @@
  * A search field and the labels that match it: arrows move, Enter takes. Shared by all dialogs that ask for a label.
  */
 
-import { finderOf } from '../../model/label_finder.js';
+import { labelFinder } from '../../model/label_finder.js';
 import { h, reconcile, setText } from '../dom.js';
 import { pictureThatMayMiss, showPicture } from '../pictures.js';
 
@@ -93,7 +93,7 @@ export function createLabelChoice({ take, aside = () => '', last = () => null, p
   }
 
   function show() {
-    const all = finderOf(labels).search(search.value, offered);
+    const all = labelFinder(labels).search(search.value, offered);
     found = all.slice(0, MOST);
     further = last(search.value.trim());
     more.hidden = further === null;

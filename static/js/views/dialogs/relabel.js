@@ -4,11 +4,11 @@
 import { sentence } from '../../api/errors.js';
 import { NO_CLASS } from '../../model/documents.js';
 import { labelAt, labelOf } from '../../model/effective.js';
-import { finderOf } from '../../model/label_finder.js';
-import { className, offeredLabels, resolved } from '../../model/labels.js';
+import { labelFinder } from '../../model/label_finder.js';
+import { labelName, offeredLabels, resolveLabelId } from '../../model/labels.js';
 import { documentLane, lastVotes } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
-import { create as createTrack } from '../../operations/place_box.js';
+import { createTrack as createTrack } from '../../operations/place_box.js';
 import { followDrawn } from '../../operations/follow.js';
 import { labelSetKey } from '../../editing/label_sets.js';
 import { judge } from '../../operations/verdicts.js';
@@ -79,7 +79,7 @@ export function sideOf(review, box) {
  */
 export function furtherRow(labels, text) {
   if (text === '' || text.startsWith('#')) return null;
-  const named = finderOf(labels).find(text);
+  const named = labelFinder(labels).find(text);
   if (named === null || named.how === 'number') return { text: `Add '${text}'`, hidden: null };
   return named.label.hidden ? { text: `'${named.label.name}' is hidden: show it again and use it`, hidden: named.label } : null;
 }
@@ -132,8 +132,8 @@ export function relabelDialog({ app, data, close, signal }) {
     const ids = draft
       ? [labelOfKey(labels, recall('draw.label')), ...recentLabels(labels)]
       : [
-          resolved(labels, doc && labelAt(doc, frame, engineClass)),
-          ...[...votes.keys()].map((id) => resolved(labels, id)),
+          resolveLabelId(labels, doc && labelAt(doc, frame, engineClass)),
+          ...[...votes.keys()].map((id) => resolveLabelId(labels, id)),
           ...recentLabels(labels),
         ];
     const some = withFirst(offeredLabels(labels), ids);
@@ -197,7 +197,7 @@ export function relabelDialog({ app, data, close, signal }) {
       ? ['As the whole track', doc && labelOf(doc, engineClass)]
       : ['As read by the engine', doc && labelOf({ ...doc, class_id: null }, engineClass)];
     setText(back, text);
-    back.title = `${text}: ${className(labels, id)}`;
+    back.title = `${text}: ${labelName(labels, id)}`;
     back.hidden = !box.checked && !doc?.key.startsWith('m') && !doc?.segments.length;
   }
 

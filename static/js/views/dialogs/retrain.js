@@ -2,8 +2,8 @@
 /** Make a new model version from reviews, from exports of corrections, or from public data. */
 
 import { ApiError, sentence } from '../../api/errors.js';
-import { numberIn } from '../../model/exchange.js';
-import { REVIEW_CHOICES, ageWords, firstChoice, isChosen, reviewWords } from '../../model/training_sources.js';
+import { parseNumber } from '../../model/exchange.js';
+import { REVIEW_CHOICES, describeAge, defaultChoice, isChosen, describeReview } from '../../model/training_sources.js';
 import { openDialog, putModel, setOutputs, setModels } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
@@ -80,7 +80,7 @@ export function retrainDialog({ app, data, close, signal }) {
     if (ticked(reviews).length === 0 && chosen().length === 0 && !gtsdb.value.trim() && !gtsrb.value.trim())
       return 'Select a review or an export, or name a folder.';
     if (!parts.some(({ input }) => input.checked)) return 'Select at least one part.';
-    const found = numberIn(seed.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true });
+    const found = parseNumber(seed.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true });
     return 'error' in found ? found.error : '';
   }
 
@@ -153,7 +153,7 @@ export function retrainDialog({ app, data, close, signal }) {
             h(
               'span.stack.made-text',
               h('span.truncate', { title: one.run_name ? `${one.video_name}, ${one.run_name}` : one.video_name }, one.video_name),
-              h('span.muted.small', reviewWords(one)),
+              h('span.muted.small', describeReview(one)),
             ),
           ),
         ),
@@ -165,7 +165,7 @@ export function retrainDialog({ app, data, close, signal }) {
     if (data.exports)
       check(); // a dialog opened from a file selects only that file
     else {
-      which.value = firstChoice(sources);
+      which.value = defaultChoice(sources);
       tickReviews();
     }
   }
@@ -258,7 +258,7 @@ export function retrainDialog({ app, data, close, signal }) {
                 'span.stack.made-text',
                 h('span.truncate', one.name),
                 h('span.muted.small', [content(one), moment(one.finished)].filter(Boolean).join(' · ')),
-                h('span.field-warning.small', ageWords(ages.find(({ id }) => id === one.id))),
+                h('span.field-warning.small', describeAge(ages.find(({ id }) => id === one.id))),
               ),
             ),
           ),

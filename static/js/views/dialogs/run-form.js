@@ -2,7 +2,7 @@
 /** The form of a new run: preset, changed parameters and, for a single video, the range of frames. */
 
 import { setModels } from '../../store/actions/page.js';
-import { keptChoice, restoredChoice } from '../../model/run_choice.js';
+import { formatRunChoice, parseRunChoice } from '../../model/run_choice.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { icon } from '../icons.js';
@@ -23,7 +23,7 @@ const LAST = 'run.last';
 export function createRunForm({ app, signal, close }, { frames, several, words, send }) {
   const { session, parameters } = app.store.get();
   const presets = session?.presets ?? ['default'];
-  const last = restoredChoice(recall(LAST), presets, parameters);
+  const last = parseRunChoice(recall(LAST), presets, parameters);
   const preset = h(
     'select.select',
     { id: 'run-preset', onchange: () => fields.rebase((parameter) => presetValue(parameter, preset.value)) },
@@ -98,7 +98,7 @@ export function createRunForm({ app, signal, close }, { frames, several, words, 
     check();
     setText(error, '');
     const choice = { preset: preset.value, parameters: fields.changes() };
-    remember(LAST, keptChoice(choice));
+    remember(LAST, formatRunChoice(choice));
     const wrong = await send(several ? choice : { ...choice, first: wanted.first, stop: wanted.stop, name: name.value.trim() });
     sending = false;
     if (signal.aborted) return;

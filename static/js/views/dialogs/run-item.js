@@ -2,7 +2,7 @@
 /** One run in the list of a video's runs: name, progress and actions. */
 
 import { formatRoute } from '../../model/route.js';
-import { resumable, runPart } from '../../model/run_progress.js';
+import { isResumable, runShare } from '../../model/run_progress.js';
 import { dropRun, openDialog } from '../../store/actions/page.js';
 import { changeRun } from '../change_run.js';
 import { h, setText } from '../dom.js';
@@ -10,7 +10,7 @@ import { moment, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { modelsOf } from '../model-words.js';
 import { createMeter, setMeter } from '../meter.js';
-import { runChanges, runInexact, runKind, runName, runProgress, runState, runTone } from '../../model/run_words.js';
+import { runChanges, runInexact, runKind, runName, runProgress, runState, runTone } from '../../model/describe_run.js';
 import { toast } from '../../core/toast.js';
 
 /** @typedef {import('../../page-types.js').App} App */
@@ -82,7 +82,7 @@ export function runItem({ app, close, signal }, run) {
  * @param {HTMLElement} item
  * @param {Listed} listed
  */
-export function showRun({ app }, item, { run, under, whatifs }) {
+export function showRun({ app }, item, { run, isWhatIf: under, whatifs }) {
   /** @param {string} name */
   const part = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
   const open = run.state === 'queued' || run.state === 'running';
@@ -100,9 +100,9 @@ export function showRun({ app }, item, { run, under, whatifs }) {
   setText(part('inexact'), runInexact(run));
   part('progress').classList.toggle('field-error', run.state === 'failed');
   part('meter').hidden = !open;
-  setMeter(part('meter'), runPart(run));
+  setMeter(part('meter'), runShare(run));
   part('cancel').hidden = !open;
-  part('resume').hidden = !resumable(run);
+  part('resume').hidden = !isResumable(run);
   part('whatif').hidden = run.state !== 'complete' || run.kind !== 'engine';
   const shown = app.store.get().review?.run;
   part('adopt').hidden =

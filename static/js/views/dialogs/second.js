@@ -1,13 +1,13 @@
 // @ts-check
 /** Choose another run of the video to show on top of the open one. */
 
-import { layable } from '../../model/second_run.js';
+import { overlayableRuns } from '../../model/second_run.js';
 import { openDialog } from '../../store/actions/page.js';
 import { h } from '../dom.js';
 import { emptyState } from '../empty.js';
 import { icon } from '../icons.js';
 import { modelsTag } from '../model-words.js';
-import { runTitle } from '../../model/run_words.js';
+import { runTitle } from '../../model/describe_run.js';
 import { group, tick } from './fields.js';
 
 /**
@@ -17,7 +17,7 @@ import { group, tick } from './fields.js';
 export function secondDialog({ app, close }) {
   const { store } = app;
   const { review, runs, models } = store.get();
-  const others = review ? layable(runs[review.video.id] ?? [], review.run?.id ?? null) : [];
+  const others = review ? overlayableRuns(runs[review.video.id] ?? [], review.run?.id ?? null) : [];
   const cancel = h('button.btn', { onclick: close }, 'Cancel');
   const title = 'Second run over this one';
   if (review === null || others.length === 0) {

@@ -1,9 +1,9 @@
 // @ts-check
 /** The strip of a track's crops. Only visible crops are loaded; the current frame's crop is marked. */
 
-import { placeAt } from '../../model/detail_columns.js';
+import { lastIndexAt } from '../../model/detail_columns.js';
 import { engineName, labelFor } from '../../model/labels.js';
-import { short } from '../../model/plain_words.js';
+import { shortNumber } from '../../model/describe_events.js';
 import { isLoaded } from '../../model/track_lane.js';
 import { seek } from '../app.js';
 import { h, setAttribute, setText } from '../dom.js';
@@ -20,7 +20,7 @@ export function createCrops(app, signal) {
   /** @type {import('./index.js').Inspected|null} */ let now = null;
   /** @type {Int32Array} */ let frames = new Int32Array(0);
   /** @type {readonly import('../../types.js').Label[]} */ let labels = [];
-  /** @type {import('../../model/track_entries.js').TrackEntry['runs']} */ let visible = [];
+  /** @type {import('../../model/track_entries.js').TrackEntry['spans']} */ let visible = [];
   let current = -1;
   let scheduled = false;
 
@@ -92,14 +92,14 @@ export function createCrops(app, signal) {
         shown.clear();
         frames = Int32Array.from(lane.frame);
       }
-      const { runs } = inspected.entry;
+      const { spans: runs } = inspected.entry;
       if (turned || runs !== visible) {
         visible = runs;
         for (const [i, cell] of shown) mark(cell, frames[i]);
         const hidden = frames.length - frames.filter(isShown).length;
         setText(total, `${plural(frames.length, 'frame')}${hidden ? `, ${hidden} outside` : ''}`);
       }
-      const at = placeAt(frames, review.frame);
+      const at = lastIndexAt(frames, review.frame);
       const place = at >= 0 && frames[at] === review.frame ? at : -1;
       if (place === current && !turned) return;
       current = place;
@@ -128,7 +128,7 @@ function createCell(lane, i, labels, url) {
   return h(
     'button.crop',
     {
-      title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}`,
+      title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${shortNumber(weight)}`,
     },
     pictureThatMayMiss({ src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
     h('span.crop-frame', lane.frame[i]),

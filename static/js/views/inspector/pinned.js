@@ -7,7 +7,7 @@
 import { sentence } from '../../api/errors.js';
 import { labelSetKey } from '../../editing/label_sets.js';
 import { labelFor, offeredLabels } from '../../model/labels.js';
-import { givePinned } from '../../operations/verdicts.js';
+import { setPinnedLabel } from '../../operations/verdicts.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { fill, h } from '../dom.js';
 import { icon } from '../icons.js';
@@ -58,7 +58,7 @@ export function createPinned(app, signal) {
   const button = (one) =>
     h(
       'button.btn.btn-small',
-      { title: `${one.name} (Ctrl+${one.pinned})`, onclick: () => givePinned(app, String(one.pinned)) },
+      { title: `${one.name} (Ctrl+${one.pinned})`, onclick: () => setPinnedLabel(app, String(one.pinned)) },
       one.picture && pictureThatMayMiss({ class: 'pinned-picture', src: one.picture }),
       h('span.truncate', { dir: 'auto' }, one.short || one.name.slice(0, 12)),
       h('kbd', one.pinned),

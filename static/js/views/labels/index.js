@@ -2,7 +2,7 @@
 /** The screen of label sets and their labels. */
 
 import { sentence } from '../../api/errors.js';
-import { finderOf } from '../../model/label_finder.js';
+import { labelFinder } from '../../model/label_finder.js';
 import { offeredLabels } from '../../model/labels.js';
 import { openDialog } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
@@ -28,7 +28,7 @@ export function createLabels(app) {
   let wanted = '';
   /** @type {number|null} */ let selected = null;
   let asked = 0;
-  /** @type {readonly import('../../types.js').LabelSetHead[]|null} */
+  /** @type {readonly import('../../types.js').LabelSetSummary[]|null} */
   let heads = null;
 
   const sets = h('select.select', { 'aria-label': 'Label set', onchange: () => void load(sets.value) });
@@ -193,7 +193,7 @@ export function createLabels(app) {
     if (!shown) return;
     const { labels, usage } = shown;
     const offered = offeredLabels(labels);
-    const found = finderOf(labels).search(search.value, hidden.checked ? labels : offered);
+    const found = labelFinder(labels).search(search.value, hidden.checked ? labels : offered);
     setText(total, search.value.trim() === '' ? plural(offered.length, 'label') : `${count(found.length)} found`);
     setText(hiddenText, `Show hidden and merged (${labels.length - offered.length})`);
     setText(

@@ -3,7 +3,7 @@
 
 import { panBy, spanAround, toFrame, zoomAround } from '../../model/time_axis.js';
 import { changeLanesView } from '../../store/actions/page.js';
-import { framesOf } from '../../store/actions/review.js';
+import { frameCount } from '../../store/actions/review.js';
 import { dialog, seek, setTau, show } from '../app.js';
 import { attachGestures } from './gestures.js';
 
@@ -11,7 +11,7 @@ import { attachGestures } from './gestures.js';
 /** @typedef {{first: number, last: number}} Span */
 
 /** The range of frames in the lanes: all frames until one is set. @param {ReviewState} review @returns {Span} */
-export const spanOf = (review) => (review.span.last > review.span.first ? review.span : { first: 0, last: framesOf(review) });
+export const spanOf = (review) => (review.span.last > review.span.first ? review.span : { first: 0, last: frameCount(review) });
 
 /**
  * @param {import('../app.js').ViewApp} app
@@ -29,7 +29,7 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
   /** @param {(r: ReviewState, span: Span, frames: number) => Span} next */
   const changeSpan = (next) => {
     const r = review();
-    if (r !== null) show(app, next(r, spanOf(r), framesOf(r)));
+    if (r !== null) show(app, next(r, spanOf(r), frameCount(r)));
   };
 
   /** @type {import('./gestures.js').GestureTarget} */
@@ -54,7 +54,7 @@ export function listenToControls(app, parts, proposed, { width, hover, pick, sel
       ...plot,
       hover: undefined,
       seek: (x) => {
-        const frame = (x / Math.max(1, width())) * framesOf(review());
+        const frame = (x / Math.max(1, width())) * frameCount(review());
         seek(app, Math.floor(frame));
         changeSpan((_, span, frames) => panBy(span, frame - (span.first + span.last) / 2, frames));
       },

@@ -4,7 +4,7 @@
  * track.
  */
 
-import { flippedPlaces, nextPlace } from '../../model/drive_flips.js';
+import { flippedTracks, nextFlippedTrack } from '../../model/drive_flips.js';
 import { seek, select } from '../app.js';
 import { h, setText } from '../dom.js';
 import { createFollower } from '../follower.js';
@@ -18,7 +18,7 @@ export function createDriveFlips(app, signal) {
   const element = h('button.btn.btn-small.btn-quiet.lanes-drive-flips', { hidden: true });
   /** @type {Question|null} */ let asked = null;
   /** @type {Flips|null} */ let found = null;
-  /** @type {readonly import('../../model/drive_flips.js').Place[]} */ let places = [];
+  /** @type {readonly import('../../model/drive_flips.js').FlippedTrack[]} */ let places = [];
   /** @type {Record<string, unknown>|null} */ let docs = null;
 
   /** @param {Question} question */
@@ -48,7 +48,7 @@ export function createDriveFlips(app, signal) {
   function tell() {
     const { review } = app.store.get();
     if (found === null || review === null) return;
-    places = flippedPlaces(found, review.docs);
+    places = flippedTracks(found, review.docs);
     const turned = places.reduce((sum, { flips }) => sum + flips, 0);
     const all = plural(found.verdicts, 'verdict');
     if (turned === 0) {
@@ -68,7 +68,7 @@ export function createDriveFlips(app, signal) {
     'click',
     () => {
       const { review } = app.store.get();
-      const place = review && nextPlace(places, review.selected, review.frame);
+      const place = review && nextFlippedTrack(places, review.selected, review.frame);
       if (!place) return;
       select(app, place.key);
       seek(app, place.frame);

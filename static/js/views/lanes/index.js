@@ -5,13 +5,13 @@
  * Playhead and hover line are elements that only move; canvases are repainted only when their content changes.
  */
 import { detailColumns } from '../../model/detail_columns.js';
-import { barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
-import { symmetryHint } from '../../model/plain_words.js';
+import { barAt, barName, buildDensity, buildLaneIndex, withVerdicts } from '../../model/lanes_lod.js';
+import { symmetryHint } from '../../model/describe_events.js';
 import { reveal, toFrame, toX } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
-import { framesOf, pick as pickTrack } from '../../store/actions/review.js';
+import { frameCount, pick as pickTrack } from '../../store/actions/review.js';
 import { edit, seek, setTau, show } from '../app.js';
 import { leaveKeysToPicture, setAttribute, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
@@ -168,7 +168,7 @@ export function createLanes(app) {
     const r = state?.review ?? null;
     if (r === null || width === 0) return;
     const span = spanOf(r);
-    const frames = framesOf(r);
+    const frames = frameCount(r);
     const { ratio } = palette;
     if (dirty.overview) {
       const height = parts.overviewPlot.clientHeight;
@@ -241,9 +241,9 @@ export function createLanes(app) {
     )
       return;
     const entries = trackEntries(r.tracks, r.docs);
-    const judged = old && old.tracks === r.tracks && old.lanes === r.lanes ? judgedLaneIndex(index, entries, old.docs, r.docs) : null;
+    const judged = old && old.tracks === r.tracks && old.lanes === r.lanes ? withVerdicts(index, entries, old.docs, r.docs) : null;
     index = judged ?? buildLaneIndex(entries, r.lanes, r.docs);
-    density = buildDensity(entries, framesOf(r));
+    density = buildDensity(entries, frameCount(r));
     parts.spacer.style.setProperty('height', `${index.rows * rowHeight()}px`);
     setText(parts.count, plural(index.count, 'track'));
     dirty.overview = dirty.tracks = true;
@@ -317,7 +317,7 @@ export function createLanes(app) {
       if (width === 0) measure();
       if (moved) {
         const span = spanOf(r);
-        const shown = reveal(span, r.frame, framesOf(r));
+        const shown = reveal(span, r.frame, frameCount(r));
         if (shown !== span) show(app, shown);
       }
       later();

@@ -1,11 +1,11 @@
 // @ts-check
 /** Readouts of the lanes at one frame: playhead, time, values beside each lane, votes, flipped verdicts. */
 
-import { placeAt } from '../../model/detail_columns.js';
+import { lastIndexAt } from '../../model/detail_columns.js';
 import { count, percent, plural } from '../../model/format.js';
 import { countFlips } from '../../model/gate_lane.js';
 import { engineName } from '../../model/labels.js';
-import { short } from '../../model/plain_words.js';
+import { shortNumber } from '../../model/describe_events.js';
 import { SUB_LANES } from '../../model/sub_lanes.js';
 import { timeLabel, toFrame, toX } from '../../model/time_axis.js';
 import { setAttribute, setText } from '../dom.js';
@@ -56,14 +56,14 @@ export function placeMarks(parts, { review: r, span, frames, width, gutter, hove
  */
 export function showValues(parts, slider, { review: r, frame, columns, lane, labels, palette }) {
   parts.reset.hidden = r.tau === null;
-  setText(parts.whatIf.children[1], r.tau === null ? 'What if tau = …' : `What if tau = ${short(r.tau)}`);
+  setText(parts.whatIf.children[1], r.tau === null ? 'What if tau = …' : `What if tau = ${shortNumber(r.tau)}`);
   if (columns === null || lane === null) return;
-  const at = placeAt(columns.frame, frame);
+  const at = lastIndexAt(columns.frame, frame);
   const here = at >= 0 && columns.frame[at] === frame ? at : -1;
   SUB_LANES.forEach((sub, i) => {
-    let text = sub.series.map((name) => (here < 0 ? '–' : short(columns?.series[name][here]))).join(' / ');
+    let text = sub.series.map((name) => (here < 0 ? '–' : shortNumber(columns?.series[name][here]))).join(' / ');
     if (sub.kind === 'votes') text = '';
-    if (sub.id === 'svm' && here >= 0 && lane?.probability[here] !== null) text += ` (P ${short(lane?.probability[here])})`;
+    if (sub.id === 'svm' && here >= 0 && lane?.probability[here] !== null) text += ` (P ${shortNumber(lane?.probability[here])})`;
     setText(parts.values[i], text);
   });
   const votes = here >= 0 ? lane.votes[here] : null;

@@ -121,7 +121,7 @@ export function paintLayers(ctx, review, view, screen, inks, nameOf) {
     );
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
-    if (chosen && modeOf(review).take === null) pen.handles(layer, box);
+    if (chosen && modeOf(review).onTrackClick === null) pen.handles(layer, box);
   }
   pen.labels();
   return counts;

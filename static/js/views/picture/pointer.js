@@ -9,11 +9,23 @@
  * @typedef {import('../../model/geometry.js').Size} Size
  */
 import { truthAt } from '../../review/chosen_truth.js';
-import { across, area, bounded, contains, dragged, handleAt, ordered, settled, sizeOf, toPicture, zoomAt } from '../../model/geometry.js';
+import {
+  scaleX,
+  area,
+  clampView,
+  contains,
+  dragHandle,
+  handleAt,
+  orderCorners,
+  normalizeBox,
+  sizeOf,
+  toPicture,
+  zoomAt,
+} from '../../model/geometry.js';
 import { modeOf } from '../../modes/index.js';
-import { drawn, putBox } from '../../operations/place_box.js';
+import { handleDrawnBox, putBox } from '../../operations/place_box.js';
 import { shownTracks } from '../../review/shown_tracks.js';
-import { hover, select, selectTruth, setDrag, setPlaying, setViewport, take } from '../../store/actions/review.js';
+import { hover, select, selectTruth, setDrag, setPlaying, setViewport, applyTrackClick } from '../../store/actions/review.js';
 
 /** Maximum distance of the pointer to a handle, CSS px. */
 const REACH = 7;
@@ -45,7 +57,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
     const now = review();
     if (!now || now.shown !== now.frame) return [];
     const slack = 3 / now.viewport.zoom;
-    const wide = 3 / across(now.viewport);
+    const wide = 3 / scaleX(now.viewport);
     return shownTracks(now)
       .filter(({ box }) => contains([box[0] - wide, box[1] - slack, box[2] + wide, box[3] + slack], x, y))
       .sort((a, b) => area(a.box) - area(b.box));
@@ -62,7 +74,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
       if (event.shiftKey && !event.ctrlKey) {
         const { viewport } = now;
         const by = (event.deltaX || event.deltaY) * unit;
-        app.store.dispatch(setViewport, bounded({ ...viewport, x: viewport.x + by / across(viewport) }, picture()));
+        app.store.dispatch(setViewport, clampView({ ...viewport, x: viewport.x + by / scaleX(viewport) }, picture()));
         return;
       }
       const factor = Math.exp(-event.deltaY * unit * 0.0022);
@@ -106,8 +118,8 @@ export function listenToPointer(app, element, screen, menu, signal) {
         return;
       }
       const found = under(x, y);
-      if (modeOf(now).take) {
-        if (found.length) app.store.dispatch(take, found[0].key);
+      if (modeOf(now).onTrackClick) {
+        if (found.length) app.store.dispatch(applyTrackClick, found[0].key);
         return;
       }
       const chosen = now.selected ? shownTracks(now).find(({ key }) => key === now.selected) : undefined;
@@ -143,15 +155,15 @@ export function listenToPointer(app, element, screen, menu, signal) {
       drag.moved = true;
       const { view } = drag;
       if (drag.kind === 'pan') {
-        const moved = bounded({ ...view, x: view.x - (sx - drag.x) / across(view), y: view.y - (sy - drag.y) / view.zoom }, picture());
+        const moved = clampView({ ...view, x: view.x - (sx - drag.x) / scaleX(view), y: view.y - (sy - drag.y) / view.zoom }, picture());
         app.store.dispatch(setViewport, moved);
         return;
       }
       const [x, y] = toPicture(now.viewport, screen(), sx, sy);
       const [x0, y0] = toPicture(view, screen(), drag.x, drag.y);
       const { kind, key, handle, box: start } = drag;
-      const box = kind === 'draw' ? ordered([start[0], start[1], x, y]) : dragged(start, handle, x - x0, y - y0);
-      app.store.dispatch(setDrag, { box: settled(box, picture()), key });
+      const box = kind === 'draw' ? orderCorners([start[0], start[1], x, y]) : dragHandle(start, handle, x - x0, y - y0);
+      app.store.dispatch(setDrag, { box: normalizeBox(box, picture()), key });
     },
     { signal },
   );
@@ -168,7 +180,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
     if (now.drag) app.store.dispatch(setDrag, null);
     if (!keep || (ended.kind !== 'pan' && now.frame !== ended.frame)) return; // a box belongs to the frame in which its drag began
     if (ended.kind === 'draw') {
-      if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) drawn(app, box, ended.correct);
+      if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) handleDrawnBox(app, box, ended.correct);
     } else if (ended.kind === 'change') {
       if (ended.moved && box) putBox(app, ended.key, ended.frame, box);
       else if (!ended.moved && ended.under.length > 1) {

@@ -2,7 +2,7 @@
 /** The screen of the search: signs of all videos as crops, and actions on the selected ones. */
 
 import { ApiError, sentence } from '../../api/errors.js';
-import { formatSearch, idOf, meantWords, parseSearch, select, withChanged } from '../../model/search.js';
+import { formatSearch, idOf, describeMatchedLabels, parseSearch, selectTracks, withChanged } from '../../model/search.js';
 import { formatRoute } from '../../model/route.js';
 import { setVideos } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
@@ -68,7 +68,7 @@ export function createSearch(app) {
     signal,
     picture: (track) => api.searchCropUrl(track, PICTURE),
     select: (place, how) => {
-      selected = select(selected, tracks, anchor, place, how);
+      selected = selectTracks(selected, tracks, anchor, place, how);
       if (how !== 'range') anchor = place;
       at = place;
       show();
@@ -235,7 +235,7 @@ export function createSearch(app) {
     const told = answer === null ? '' : notesOf(answer, parseSearch(query ?? ''));
     note.hidden = told === '';
     setText(note, told);
-    note.title = answer === null ? '' : meantWords(answer.labels, parseSearch(query ?? '').label);
+    note.title = answer === null ? '' : describeMatchedLabels(answer.labels, parseSearch(query ?? '').label);
     if (answer !== null && tracks.length === 0) {
       const all = query !== '';
       fill(
@@ -314,7 +314,7 @@ export function createSearch(app) {
  */
 function notesOf(answer, filters) {
   const parts = [];
-  const meant = meantWords(answer.labels, filters.label, MOST_NAMED);
+  const meant = describeMatchedLabels(answer.labels, filters.label, MOST_NAMED);
   if (meant) parts.push(meant);
   if (answer.unread > 0)
     parts.push(
