@@ -10,7 +10,7 @@ import {
   rememberedLanesView,
   rememberedLayers,
   rememberedTheme,
-  signature,
+  authorName,
 } from './core/preferences.js';
 import { endToasts, toast } from './core/toast.js';
 import { createBackgroundSender } from './editing/background_sender.js';
@@ -20,7 +20,7 @@ import { createNoteDrafts } from './editing/note_drafts.js';
 import { createMemoryOutbox, createOutbox } from './editing/outbox.js';
 import { createUserOutbox } from './editing/user_outbox.js';
 import { createFrames } from './frames/frames.js';
-import { NEXT_TRACK, parseRoute, placeOf, samePlace } from './model/route.js';
+import { NEXT_TRACK, parseRoute, currentAddress, isSameView } from './model/route.js';
 import { openFirst } from './operations/navigate.js';
 import { allOperations } from './operations/registry.js';
 import { createFollowPrefetch } from './review/follow_prefetch.js';
@@ -38,7 +38,7 @@ import { createShell } from './views/shell.js';
 
 /** @typedef {import('./page-types.js').App} App */
 
-const ended = new AbortController();
+const pageEnd = new AbortController();
 const store = createStore({
   ...initialState(),
   theme: rememberedTheme(),
@@ -47,7 +47,7 @@ const store = createStore({
   lanesView: rememberedLanesView(),
 });
 rememberChoices(store);
-const api = createApi({ signal: ended.signal });
+const api = createApi({ signal: pageEnd.signal });
 const frames = createFrames(store, api);
 /** Resolves when the server has answered who is signed in. @type {Promise<void>} */
 const personKnown = new Promise((resolve) => {
@@ -62,20 +62,20 @@ const outbox = createUserOutbox(
   personKnown,
   () => store.get().session?.person?.name ?? null,
 );
-const backgroundSender = createBackgroundSender({ store, api, outbox, signal: ended.signal, toast });
-const author = () => signature(store.get().session) || store.get().session?.author || 'someone';
+const backgroundSender = createBackgroundSender({ store, api, outbox, signal: pageEnd.signal, toast });
+const author = () => authorName(store.get().session) || store.get().session?.author || 'someone';
 const editor = createEditor({
   store,
   api,
   outbox,
   backgroundSender,
-  signal: ended.signal,
+  signal: pageEnd.signal,
   toast,
   onEdit: endToasts,
   author,
 });
-const following = createFollowControl({ store, api, edit: editor.edit, author, signal: ended.signal, toast });
-const followPrefetch = createFollowPrefetch({ store, api, signal: ended.signal });
+const following = createFollowControl({ store, api, edit: editor.edit, author, signal: pageEnd.signal, toast });
+const followPrefetch = createFollowPrefetch({ store, api, signal: pageEnd.signal });
 /** @type {App} */
 const app = {
   store,
@@ -90,7 +90,7 @@ const app = {
   ...createCatchUp(store),
   operations: allOperations(),
   frames,
-  signal: ended.signal,
+  signal: pageEnd.signal,
   edit: editor.edit,
   editor,
   notes: createNoteDrafts(() => sessionStorage),
@@ -110,14 +110,14 @@ app.loader = createLoader(app, {
 });
 
 /** The address that was last read or written here. */
-let known = '';
+let lastHash = '';
 
 function readRoute() {
-  known = location.hash;
-  const route = parseRoute(known);
+  lastHash = location.hash;
+  const route = parseRoute(lastHash);
   const before = store.get().route.screen;
   // a dialog belongs to the screen, the video and the run on which it was opened
-  store.dispatch((state) => setRoute(samePlace(state.route, route, state.review?.run?.id ?? null) ? state : closeDialog(state), route));
+  store.dispatch((state) => setRoute(isSameView(state.route, route, state.review?.run?.id ?? null) ? state : closeDialog(state), route));
   // its progress may have changed since the last visit, through a review here or by somebody else
   if (route.screen === 'library' && before !== 'library') void app.load(() => api.videos(), setVideos).catch(() => {});
   const { review } = store.get();
@@ -129,18 +129,18 @@ function readRoute() {
 }
 
 /** @type {ReturnType<typeof setTimeout>|undefined} */
-let written;
+let writeTimer;
 
 /** Write the route to the address, so that it can be copied and survives a reload. */
 function writeRoute() {
-  clearTimeout(written);
-  written = undefined;
+  clearTimeout(writeTimer);
+  writeTimer = undefined;
   // the user has just changed it, and the event for that is on its way
-  if (location.hash !== known) return readRoute();
-  const wanted = placeOf(store.get());
-  if (wanted === null) return;
-  if (known !== wanted) history.replaceState(null, '', wanted);
-  known = location.hash;
+  if (location.hash !== lastHash) return readRoute();
+  const address = currentAddress(store.get());
+  if (address === null) return;
+  if (lastHash !== address) history.replaceState(null, '', address);
+  lastHash = location.hash;
 }
 
 const shell = createShell(app);
@@ -158,17 +158,17 @@ store.subscribe(() => {
       shell.update(store.get());
     });
   }
-  written ??= setTimeout(writeRoute, 300);
+  writeTimer ??= setTimeout(writeRoute, 300);
 });
-addEventListener('hashchange', readRoute, { signal: ended.signal });
-addEventListener('pagehide', writeRoute, { signal: ended.signal });
+addEventListener('hashchange', readRoute, { signal: pageEnd.signal });
+addEventListener('pagehide', writeRoute, { signal: pageEnd.signal });
 addEventListener(
   'beforeunload',
   (event) => {
     // the outbox keeps them, but only in this browser
     if (unsavedOf(store.get()).unsaved) event.preventDefault();
   },
-  { signal: ended.signal },
+  { signal: pageEnd.signal },
 );
 listenToKeys(app, toast, () => shell.update(store.get()));
 const live = startLiveUpdates(app, {

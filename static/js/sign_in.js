@@ -11,17 +11,17 @@ const send = createSend({ base: '/api', fetch: globalThis.fetch.bind(globalThis)
 const form = /** @type {HTMLFormElement} */ (document.getElementById('sign-in'));
 const field = /** @type {HTMLInputElement} */ (document.getElementById('token'));
 const problem = /** @type {HTMLElement} */ (document.getElementById('problem'));
-const said = location.hash.slice(1);
-const place = said.startsWith('/') ? `#${said}` : '';
+const fragment = location.hash.slice(1);
+const address = fragment.startsWith('/') ? `#${fragment}` : '';
 
-const goOn = () => location.replace(`/${place}`);
+const continueToPage = () => location.replace(`/${address}`);
 
 /** @param {string} token */
 async function signIn(token) {
   problem.textContent = '';
   try {
     await readJson(await send('/session', { method: 'POST', body: { token } }));
-    goOn();
+    continueToPage();
   } catch (thrown) {
     problem.textContent = sentence(thrown);
     field.focus();
@@ -36,11 +36,11 @@ form.addEventListener('submit', (event) => {
 // until this script runs, the browser would submit the form itself, with the token in the address
 /** @type {HTMLButtonElement} */ (form.querySelector('button')).disabled = false;
 
-if (said !== '' && place === '') {
+if (fragment !== '' && address === '') {
   history.replaceState(null, '', '/sign-in'); // removes the token from the address and the history
-  field.value = said;
-  void signIn(said);
+  field.value = fragment;
+  void signIn(fragment);
 } else {
   // go on at once if the person is signed in already, for example after a link from elsewhere
-  send('/session').then(goOn, () => {});
+  send('/session').then(continueToPage, () => {});
 }

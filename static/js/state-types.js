@@ -29,7 +29,7 @@
  * @property {Route} route
  * @property {Session|null} session
  * @property {Label[]} labels                  of the video's label set, else of the library's default; includes merged and hidden ones
- * @property {import('./types.js').LabelSetHead[]|null} labelSets   null: not loaded yet
+ * @property {import('./types.js').LabelSetSummary[]|null} labelSets   null: not loaded yet
  * @property {Parameter[]} parameters
  * @property {Video[]|null} videos             null: not loaded yet
  * @property {Record<string, Run[]>} runs      by video

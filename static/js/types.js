@@ -14,7 +14,7 @@
 /** @typedef {Schemas['SessionAnswer']} Session */
 /** @typedef {Schemas['AttributeView']} Attribute */
 /** @typedef {Schemas['LabelView']} Label */
-/** @typedef {Schemas['LabelSetView']} LabelSetHead */
+/** @typedef {Schemas['LabelSetView']} LabelSetSummary */
 /** @typedef {Schemas['LabelVersion']} LabelVersion */
 /** @typedef {Schemas['PersonView']} Person */
 /** @typedef {Schemas['AssignmentView']} Assignment */

@@ -21,14 +21,14 @@ export class ApiError extends Error {
     this.details = more.details ?? {};
   }
 
-  /** Whether the same request may succeed later. Sending it again does no harm. */
-  get passing() {
+  /** Whether the same request may succeed later. A repetition does no harm. */
+  get isTemporary() {
     return this.status === 0 ? this.code !== 'aborted' : this.status === 503 || this.status === 507;
   }
 }
 
-/** Whether the request that failed so may succeed if it is repeated. @param {unknown} thrown @returns {thrown is ApiError} */
-export const mayRepeat = (thrown) => thrown instanceof ApiError && thrown.passing;
+/** Whether a failed request may succeed if it is repeated. @param {unknown} thrown @returns {thrown is ApiError} */
+export const isRetryable = (thrown) => thrown instanceof ApiError && thrown.isTemporary;
 
 /**
  * The error of an answer that is not 2xx.
@@ -37,7 +37,7 @@ export const mayRepeat = (thrown) => thrown instanceof ApiError && thrown.passin
  * @param {string} text   the body
  * @returns {ApiError}
  */
-export function errorOfAnswer(status, text) {
+export function errorFromResponse(status, text) {
   try {
     const { error } = JSON.parse(text);
     if (typeof error.code === 'string' && typeof error.message === 'string') {
@@ -47,8 +47,8 @@ export function errorOfAnswer(status, text) {
     // Not from tsr but, for example, from a proxy. The sentence below says so.
   }
   // A proxy says that it did not reach the server, or got no answer.
-  if (status === 502 || status === 503) return unreached();
-  if (status === 504) return late();
+  if (status === 502 || status === 503) return offlineError();
+  if (status === 504) return timeoutError();
   return new ApiError(
     status,
     'bad_answer',
@@ -62,20 +62,20 @@ export function errorOfAnswer(status, text) {
  * @param {unknown} cause
  * @returns {ApiError}
  */
-export function errorOfSilence(cause) {
+export function toApiError(cause) {
   const name = cause instanceof Error ? cause.name : '';
   if (cause instanceof ApiError) return cause;
   if (name === 'AbortError') return new ApiError(0, 'aborted', 'The request was cancelled.', { cause });
-  return name === 'TimeoutError' ? late(cause) : unreached(cause);
+  return name === 'TimeoutError' ? timeoutError(cause) : offlineError(cause);
 }
 
 /** @param {unknown} [cause] @returns {ApiError} */
-function late(cause) {
+function timeoutError(cause) {
   return new ApiError(0, 'timeout', 'The server did not answer in time. It may be busy; try again.', { cause });
 }
 
 /** @param {unknown} [cause] @returns {ApiError} */
-function unreached(cause) {
+function offlineError(cause) {
   return new ApiError(0, 'offline', 'The server cannot be reached. Check in its terminal whether it still runs.', { cause });
 }
 

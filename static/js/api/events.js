@@ -29,11 +29,11 @@ import { sleep } from './sleep.js';
  * @property {typeof fetch} [fetch]
  * @property {(ms: number, signal: AbortSignal) => Promise<void>} [wait]
  * @property {AbortSignal} [signal]
- * @property {number} [silence]      time without a byte after which the connection counts as lost, ms; the server sends a heartbeat every 4 s
+ * @property {number} [maxSilenceMs]      time without a byte after which the connection counts as lost, ms; the server sends a heartbeat every 4 s
  */
 
-const FIRST_WAIT = 500;
-const LONGEST_WAIT = 15_000;
+const MIN_RETRY_DELAY_MS = 500;
+const MAX_RETRY_DELAY_MS = 15_000;
 
 /**
  * Receive events until closed. Reconnects by itself, with the number of the last event. The first message of a
@@ -43,17 +43,17 @@ const LONGEST_WAIT = 15_000;
  * @returns {Stream}
  */
 export function openStream(options) {
-  const { url = '/api/events', onEvent, onConnection, onStorage, onReset, onDenied, wait = sleep, silence = 12_000 } = options;
+  const { url = '/api/events', onEvent, onConnection, onStorage, onReset, onDenied, wait = sleep, maxSilenceMs = 12_000 } = options;
   const fetch = options.fetch ?? globalThis.fetch.bind(globalThis);
-  const whole = new AbortController();
-  const closed = options.signal ? AbortSignal.any([whole.signal, options.signal]) : whole.signal;
+  const aborter = new AbortController();
+  const closed = options.signal ? AbortSignal.any([aborter.signal, options.signal]) : aborter.signal;
   /** @type {number|null} */
   let last = options.after ?? null;
-  let pause = new AbortController();
-  let delay = FIRST_WAIT;
+  let delayAborter = new AbortController();
+  let delay = MIN_RETRY_DELAY_MS;
 
   /** @param {{id: string, event: string, data: string}} message */
-  function take(message) {
+  function handleMessage(message) {
     if (message.event === 'reset' || message.event === 'hello') {
       if (last === null || message.event === 'reset') last = Number(message.id);
       if (message.event === 'reset') onReset?.();
@@ -78,32 +78,32 @@ export function openStream(options) {
   }
 
   async function listen() {
-    const dead = new AbortController();
+    const silenceAborter = new AbortController();
     /** @type {Record<string, string>} */
     const headers = { Accept: 'text/event-stream' };
     if (last !== null) headers['Last-Event-ID'] = String(last);
     /** @type {ReturnType<typeof setTimeout>|undefined} */
     let timer;
-    const alive = () => {
+    const restartSilenceTimer = () => {
       clearTimeout(timer);
-      timer = setTimeout(() => dead.abort(), silence);
+      timer = setTimeout(() => silenceAborter.abort(), maxSilenceMs);
     };
-    alive();
+    restartSilenceTimer();
     try {
-      const answer = await fetch(url, { headers, signal: AbortSignal.any([closed, dead.signal]), credentials: 'same-origin' });
+      const answer = await fetch(url, { headers, signal: AbortSignal.any([closed, silenceAborter.signal]), credentials: 'same-origin' });
       if (answer.status === 401 || answer.status === 403) {
         onDenied?.();
         throw new Error(`events: ${answer.status}`);
       }
       if (!answer.ok || !answer.body) throw new Error(`events: ${answer.status}`);
-      const parse = createParser(take);
+      const parse = createParser(handleMessage);
       const decoder = new TextDecoder();
       const reader = answer.body.getReader();
       for (;;) {
         const { done, value } = await reader.read();
         if (done) return;
-        alive();
-        delay = FIRST_WAIT;
+        restartSilenceTimer();
+        delay = MIN_RETRY_DELAY_MS;
         parse(decoder.decode(value, { stream: true }));
       }
     } finally {
@@ -120,18 +120,18 @@ export function openStream(options) {
       }
       if (closed.aborted) return;
       onConnection?.('offline');
-      pause = new AbortController();
-      await wait(delay, AbortSignal.any([closed, pause.signal]));
-      delay = Math.min(delay * 2, LONGEST_WAIT);
+      delayAborter = new AbortController();
+      await wait(delay, AbortSignal.any([closed, delayAborter.signal]));
+      delay = Math.min(delay * 2, MAX_RETRY_DELAY_MS);
     }
   }
 
   void run();
   return {
-    close: () => whole.abort(),
+    close: () => aborter.abort(),
     retry: () => {
-      delay = FIRST_WAIT;
-      pause.abort();
+      delay = MIN_RETRY_DELAY_MS;
+      delayAborter.abort();
     },
     last: () => last,
   };
@@ -144,14 +144,14 @@ export function openStream(options) {
  * @returns {(text: string) => void}
  */
 export function createParser(emit) {
-  let rest = '';
+  let buffer = '';
   let id = '';
   let event = '';
   /** @type {string[]} */
   let data = [];
 
   /** @param {string} line */
-  function takeLine(line) {
+  function parseLine(line) {
     if (line === '') {
       if (data.length || event) emit({ id, event: event || 'message', data: data.join('\n') });
       event = '';
@@ -168,13 +168,13 @@ export function createParser(emit) {
   }
 
   return (text) => {
-    rest += text;
+    buffer += text;
     // A CR at the end may be half of CR LF, so it waits for the next chunk.
     for (;;) {
-      const match = /\r\n|\n|\r(?!$)/.exec(rest);
+      const match = /\r\n|\n|\r(?!$)/.exec(buffer);
       if (!match) return;
-      takeLine(rest.slice(0, match.index));
-      rest = rest.slice(match.index + match[0].length);
+      parseLine(buffer.slice(0, match.index));
+      buffer = buffer.slice(match.index + match[0].length);
     }
   };
 }

@@ -1,6 +1,7 @@
 // @ts-check
 /** Routes of ground truths and of comparisons. */
 
+import { encode } from './http.js';
 import { expectList, expectObject } from './shapes.js';
 
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
@@ -10,19 +11,17 @@ import { expectList, expectObject } from './shapes.js';
 
 /** @param {import('./http.js').Routes} setup */
 export function groundTruthRoutes({ json }) {
-  /** @param {string} part */
-  const e = (part) => encodeURIComponent(part);
   return {
     /** @param {string} video @param {Call} [call] @returns {Promise<GroundTruth[]>} */
     groundTruths: async (video, call) => {
-      const answer = expectObject('GET /videos/…/ground-truths', await json(`/videos/${e(video)}/ground-truths`, call), {
+      const answer = expectObject('GET /videos/…/ground-truths', await json(`/videos/${encode(video)}/ground-truths`, call), {
         ground_truths: 'array',
       });
       return expectList('GET /videos/…/ground-truths', answer.ground_truths, { id: 'string', name: 'string', count: 'number' });
     },
     /** @param {string} truth @param {number} first @param {number} last @param {Call} [call] @returns {Promise<GroundTruthBox[]>} */
     truthBoxes: async (truth, first, last, call) => {
-      const answer = await json(`/ground-truths/${e(truth)}/boxes`, { ...call, query: { first, last } });
+      const answer = await json(`/ground-truths/${encode(truth)}/boxes`, { ...call, query: { first, last } });
       return expectList('GET /ground-truths/…/boxes', Array.isArray(answer) ? answer : answer?.boxes, {
         frame: 'number',
         box: 'array',
@@ -30,7 +29,7 @@ export function groundTruthRoutes({ json }) {
       });
     },
     /** @param {string} truth @param {Call} [call] @returns {Promise<void>} */
-    removeTruth: (truth, call) => json(`/ground-truths/${e(truth)}`, { ...call, method: 'DELETE' }),
+    removeTruth: (truth, call) => json(`/ground-truths/${encode(truth)}`, { ...call, method: 'DELETE' }),
     /**
      * Correct a run by signs of a ground truth, all in one operation.
      * @param {string} run
@@ -41,7 +40,7 @@ export function groundTruthRoutes({ json }) {
     takeOver: async (run, wanted, call) =>
       expectObject(
         'POST /runs/…/take-over',
-        await json(`/runs/${e(run)}/take-over`, { ...call, method: 'POST', body: wanted, timeout: 120_000 }),
+        await json(`/runs/${encode(run)}/take-over`, { ...call, method: 'POST', body: wanted, timeout: 120_000 }),
         { changed: 'number', made: 'number', same: 'number', op_id: 'nullable', skipped: 'array' },
       ),
     /** @param {string} reference   `run:ID`, `annotation:RUN` or `truth:ID` @param {string} candidate @param {Call} [call] @returns {Promise<Comparison>} */

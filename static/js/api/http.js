@@ -1,7 +1,7 @@
 // @ts-check
 /** One request: time limit, cancellation, and every failure as an `ApiError`. */
 
-import { errorOfAnswer, errorOfSilence } from './errors.js';
+import { errorFromResponse, toApiError } from './errors.js';
 
 /**
  * @typedef {object} RequestOptions
@@ -21,11 +21,11 @@ import { errorOfAnswer, errorOfSilence } from './errors.js';
  * @param {{base: string, fetch: typeof fetch, signal?: AbortSignal}} setup
  * @returns {Send} resolves only for 2xx
  */
-export function createSend({ base, fetch, signal: whole }) {
+export function createSend({ base, fetch, signal: pageSignal }) {
   return async (path, options = {}) => {
     const signals = [AbortSignal.timeout(options.timeout ?? 20_000)];
     if (options.signal) signals.push(options.signal);
-    if (whole) signals.push(whole);
+    if (pageSignal) signals.push(pageSignal);
     const headers = new Headers(options.headers);
     let body = options.body;
     if (body !== undefined && typeof body !== 'string' && !(body instanceof Blob)) {
@@ -46,9 +46,9 @@ export function createSend({ base, fetch, signal: whole }) {
     try {
       answer = await fetch(base + path + queryText(options.query), request);
       if (answer.ok) return answer;
-      throw errorOfAnswer(answer.status, await answer.text());
+      throw errorFromResponse(answer.status, await answer.text());
     } catch (cause) {
-      throw errorOfSilence(cause);
+      throw toApiError(cause);
     }
   };
 }
@@ -64,9 +64,12 @@ export async function readJson(answer) {
   try {
     return await answer.json();
   } catch (cause) {
-    throw errorOfSilence(cause);
+    throw toApiError(cause);
   }
 }
+
+/** A text as a part of a path. @param {string} part */
+export const encode = (part) => encodeURIComponent(part);
 
 /**
  * @param {RequestOptions['query']} query

@@ -1,16 +1,17 @@
 // @ts-check
 /** Routes of label sets. */
 
+import { encode } from './http.js';
 import { expectList, expectObject } from './shapes.js';
 
-/** @typedef {import('../types.js').LabelSetHead} LabelSetHead */
+/** @typedef {import('../types.js').LabelSetSummary} LabelSetHead */
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
 /** @typedef {{version: number, label: import('../types.js').Label|null, sentence: string}} LabelAnswer   `label`: the changed label */
 /** @typedef {ReturnType<typeof labelRoutes>} LabelRoutes */
-/** @typedef {{version: number, sentence: string, created: boolean, added: unknown[], known: unknown[], refused: {name: string, reason: string}[], reported: string[]}} LabelsBrought */
+/** @typedef {{version: number, sentence: string, created: boolean, added: unknown[], known: unknown[], refused: {name: string, reason: string}[], reported: string[]}} ImportedLabels */
 
 /** Defaults of fields that a label set may omit. */
-const PLAIN = {
+const LABEL_DEFAULTS = {
   short: '',
   aliases: [],
   shape: 'other',
@@ -37,8 +38,6 @@ const HEAD = /** @type {const} */ ({
  * @param {(path: string, options?: import('./http.js').RequestOptions) => Promise<any>} json
  */
 export function labelRoutes(base, json) {
-  /** @param {string} part */
-  const e = (part) => encodeURIComponent(part);
   return {
     /** @param {string|null} [video]   labels of its set; null: of the library's default set @param {Call} [call] @returns {Promise<import('../types.js').Label[]>} */
     labels: async (video, call) =>
@@ -54,13 +53,13 @@ export function labelRoutes(base, json) {
     labelSets: async (call) => expectList('GET /label-sets', await json('/label-sets', call), HEAD),
     /** @param {string} set @param {Call} [call] @returns {Promise<import('../types.js').Label[]>} all labels of a set, also hidden and merged ones */
     labelsOfSet: async (set, call) => {
-      const found = expectObject('GET /label-sets/…', await json(`/label-sets/${e(set)}`, call), {
+      const found = expectObject('GET /label-sets/…', await json(`/label-sets/${encode(set)}`, call), {
         key: 'string',
         version: 'number',
         labels: 'array',
       });
       return expectList('GET /label-sets/…', found.labels, { id: 'number', key: 'string', name: 'string' }).map((label) => ({
-        ...PLAIN,
+        ...LABEL_DEFAULTS,
         ...label,
         attributes: (label.attributes ?? []).map((/** @type {any} */ one) => ({
           mutable: false,
@@ -70,15 +69,17 @@ export function labelRoutes(base, json) {
           default: null,
           ...one,
         })),
-        picture: label.pictogram ? `${base}/labels/${label.id}.png?set=${e(set)}&size=64&look=${e(label.pictogram.slice(-60))}` : null,
+        picture: label.pictogram
+          ? `${base}/labels/${label.id}.png?set=${encode(set)}&size=64&look=${encode(label.pictogram.slice(-60))}`
+          : null,
       }));
     },
     /** @param {string} set @param {Call} [call] @returns {Promise<Record<string, {tracks: number, videos: number}>>} by id of the label */
     labelUsage: async (set, call) =>
-      expectObject('GET /label-sets/…/usage', await json(`/label-sets/${e(set)}/usage`, { timeout: 60_000, ...call }), {}),
+      expectObject('GET /label-sets/…/usage', await json(`/label-sets/${encode(set)}/usage`, { timeout: 60_000, ...call }), {}),
     /** @param {string} set @param {Call} [call] @returns {Promise<import('../types.js').LabelVersion[]>} newest first */
     labelHistory: async (set, call) =>
-      expectList('GET /label-sets/…/history', await json(`/label-sets/${e(set)}/history`, call), {
+      expectList('GET /label-sets/…/history', await json(`/label-sets/${encode(set)}/history`, call), {
         version: 'number',
         author: 'string',
         created: 'nullable',
@@ -86,19 +87,19 @@ export function labelRoutes(base, json) {
         undoes: 'nullable',
       }),
     /** @param {string} set @param {string} format @returns {string} address of the file */
-    labelFileUrl: (set, format) => `${base}/label-sets/${e(set)}/file?format=${e(format)}`,
+    labelFileUrl: (set, format) => `${base}/label-sets/${encode(set)}/file?format=${encode(format)}`,
     /** @param {string} set @param {string} author @param {import('../types.js').LabelChange} change @param {Call} [call] @returns {Promise<LabelAnswer>} */
     changeLabels: async (set, author, change, call) =>
       expectObject(
         'POST /label-sets/…/changes',
-        await json(`/label-sets/${e(set)}/changes`, { ...call, method: 'POST', body: { author, change } }),
+        await json(`/label-sets/${encode(set)}/changes`, { ...call, method: 'POST', body: { author, change } }),
         { version: 'number', label: 'nullable', sentence: 'string' },
       ),
-    /** @param {string} set @param {File} file @param {string} author @param {boolean} create   make the set if it does not exist @param {Call} [call] @returns {Promise<LabelsBrought>} */
-    bringLabels: async (set, file, author, create, call) =>
+    /** @param {string} set @param {File} file @param {string} author @param {boolean} create   make the set if it does not exist @param {Call} [call] @returns {Promise<ImportedLabels>} */
+    importLabels: async (set, file, author, create, call) =>
       expectObject(
         'POST /label-sets/…/files',
-        await json(`/label-sets/${e(set)}/files`, {
+        await json(`/label-sets/${encode(set)}/files`, {
           timeout: 60_000,
           ...call,
           method: 'POST',
@@ -109,7 +110,7 @@ export function labelRoutes(base, json) {
         { sentence: 'string', added: 'array', known: 'array', refused: 'array', reported: 'array' },
       ),
     /** @param {string} video @param {string|null} set   null: the library's default @param {Call} [call] @returns {Promise<unknown>} */
-    useLabelSet: (video, set, call) => json(`/videos/${e(video)}/label-set`, { ...call, method: 'PUT', body: { set } }),
+    useLabelSet: (video, set, call) => json(`/videos/${encode(video)}/label-set`, { ...call, method: 'PUT', body: { set } }),
     /** @param {string} set @param {Call} [call] @returns {Promise<unknown>} */
     setDefaultLabelSet: (set, call) => json('/label-sets/default', { ...call, method: 'PUT', body: { set } }),
   };

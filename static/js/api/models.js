@@ -1,6 +1,7 @@
 // @ts-check
 /** Routes of model versions. */
 
+import { encode } from './http.js';
 import { expectList, expectObject } from './shapes.js';
 
 /** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
@@ -16,8 +17,6 @@ const MODEL = /** @type {const} */ ({
 
 /** @param {import('./http.js').Routes} setup */
 export function modelRoutes({ json }) {
-  /** @param {string} part */
-  const e = (part) => encodeURIComponent(part);
   return {
     /** @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion[]>} */
     models: async (call) =>
@@ -29,11 +28,11 @@ export function modelRoutes({ json }) {
     train: async (request, call) => expectObject('POST /models', await json('/models', { ...call, method: 'POST', body: request }), MODEL),
     /** @param {string} id @param {'promote'|'cancel'|'resume'} what @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion>} */
     changeModel: async (id, what, call) =>
-      expectObject(`POST /models/…/${what}`, await json(`/models/${e(id)}/${what}`, { ...call, method: 'POST' }), MODEL),
+      expectObject(`POST /models/…/${what}`, await json(`/models/${encode(id)}/${what}`, { ...call, method: 'POST' }), MODEL),
     /** @param {Call} [call] @returns {Promise<import('../types.js').ModelVersion>} the version that is active now */
     rollBackModels: async (call) =>
       expectObject('POST /models/rollback', await json('/models/rollback', { ...call, method: 'POST' }), MODEL),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
-    removeModel: (id, call) => json(`/models/${e(id)}`, { ...call, method: 'DELETE' }),
+    removeModel: (id, call) => json(`/models/${encode(id)}`, { ...call, method: 'DELETE' }),
   };
 }

@@ -1,7 +1,7 @@
 // @ts-check
 /** Routes of files: exports, recordings, bundles, imports. */
 
-import { queryText } from './http.js';
+import { encode, queryText } from './http.js';
 import { expectList, expectObject } from './shapes.js';
 import { upload } from './upload.js';
 
@@ -22,8 +22,6 @@ const OUTPUT = /** @type {const} */ ({
 
 /** @param {import('./http.js').Routes} setup */
 export function outputRoutes({ base, json }) {
-  /** @param {string} part */
-  const e = (part) => encodeURIComponent(part);
   return {
     /** @param {{kind?: string, run?: string}} [query] @param {Call} [call] @returns {Promise<import('../types.js').Output[]>} */
     outputs: async (query = {}, call) => {
@@ -31,14 +29,14 @@ export function outputRoutes({ base, json }) {
       return expectList('GET /outputs', answer.outputs, OUTPUT);
     },
     /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').Output>} */
-    output: async (id, call) => expectObject('GET /outputs/…', await json(`/outputs/${e(id)}`, call), OUTPUT),
+    output: async (id, call) => expectObject('GET /outputs/…', await json(`/outputs/${encode(id)}`, call), OUTPUT),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
-    removeOutput: (id, call) => json(`/outputs/${e(id)}`, { ...call, method: 'DELETE' }),
+    removeOutput: (id, call) => json(`/outputs/${encode(id)}`, { ...call, method: 'DELETE' }),
     /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').Output>} */
     cancelOutput: async (id, call) =>
-      expectObject('POST /outputs/…/cancel', await json(`/outputs/${e(id)}/cancel`, { ...call, method: 'POST' }), OUTPUT),
+      expectObject('POST /outputs/…/cancel', await json(`/outputs/${encode(id)}/cancel`, { ...call, method: 'POST' }), OUTPUT),
     /** @param {string} id @returns {string} address of the file */
-    downloadUrl: (id) => `${base}/outputs/${e(id)}/download`,
+    downloadUrl: (id) => `${base}/outputs/${encode(id)}/download`,
     /** @param {Call} [call] @returns {Promise<import('../types.js').Format[]>} */
     formats: async (call) =>
       expectList('GET /formats', expectObject('GET /formats', await json('/formats', call), { formats: 'array' }).formats, {
@@ -53,10 +51,14 @@ export function outputRoutes({ base, json }) {
       expectObject('POST /exports', await json('/exports', { ...call, method: 'POST', body: request }), OUTPUT),
     /** @param {string} run @param {{first: number, stop: number, frame?: number|null, track?: string|null, name?: string}} request @param {Call} [call] @returns {Promise<import('../types.js').Output>} */
     record: async (run, request, call) =>
-      expectObject('POST /runs/…/recordings', await json(`/runs/${e(run)}/recordings`, { ...call, method: 'POST', body: request }), OUTPUT),
+      expectObject(
+        'POST /runs/…/recordings',
+        await json(`/runs/${encode(run)}/recordings`, { ...call, method: 'POST', body: request }),
+        OUTPUT,
+      ),
     /** @param {string} run @param {{first: number, stop: number, note: string, tracks?: string[]}} request @param {Call} [call] @returns {Promise<import('../types.js').Output>} */
     makeBundle: async (run, request, call) =>
-      expectObject('POST /runs/…/bundles', await json(`/runs/${e(run)}/bundles`, { ...call, method: 'POST', body: request }), OUTPUT),
+      expectObject('POST /runs/…/bundles', await json(`/runs/${encode(run)}/bundles`, { ...call, method: 'POST', body: request }), OUTPUT),
     /**
      * @param {File} file
      * @param {string|null} author
@@ -81,7 +83,7 @@ export function outputRoutes({ base, json }) {
     importFile: async (video, file, query, options = {}) =>
       expectObject(
         'POST /videos/…/imports',
-        await upload(`${base}/videos/${e(video)}/imports${queryText({ file: file.name.slice(-255), ...query })}`, file, {
+        await upload(`${base}/videos/${encode(video)}/imports${queryText({ file: file.name.slice(-255), ...query })}`, file, {
           ...options,
           method: 'POST',
         }),
@@ -89,8 +91,8 @@ export function outputRoutes({ base, json }) {
       ),
     /** The progress of an import, by the name that the import was given as `progress`. @param {string} name @param {Call} [call] @returns {Promise<import('../types.js').ImportProgress>} */
     importProgress: async (name, call) =>
-      expectObject('GET /imports/…', await json(`/imports/${e(name)}`, call), { step: 'string', boxes: 'number', seconds: 'number' }),
+      expectObject('GET /imports/…', await json(`/imports/${encode(name)}`, call), { step: 'string', boxes: 'number', seconds: 'number' }),
     /** @param {string} name @param {Call} [call] */
-    cancelImport: async (name, call) => void (await json(`/imports/${e(name)}/cancel`, { ...call, method: 'POST' })),
+    cancelImport: async (name, call) => void (await json(`/imports/${encode(name)}/cancel`, { ...call, method: 'POST' })),
   };
 }

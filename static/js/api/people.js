@@ -1,6 +1,7 @@
 // @ts-check
 /** Routes of people: sign-out, accounts, assignments, histories, statistics of work. */
 
+import { encode } from './http.js';
 import { expectList, expectObject } from './shapes.js';
 
 /** @typedef {import('../types.js').Assignment} Assignment */
@@ -18,8 +19,6 @@ const ASSIGNMENT = /** @type {const} */ ({
 
 /** @param {(path: string, options?: import('./http.js').RequestOptions) => Promise<any>} json */
 export function peopleRoutes(json) {
-  /** @param {string} part */
-  const e = (part) => encodeURIComponent(part);
   /** @param {string} route @param {any} answer @returns {Assignment[]} */
   const assignments = (route, answer) => expectList(route, expectObject(route, answer, { assignments: 'array' }).assignments, ASSIGNMENT);
   return {
@@ -46,14 +45,18 @@ export function peopleRoutes(json) {
     removeAssignment: (id, call) => json(`/assignments/${id}`, { ...call, method: 'DELETE' }),
     /** @param {string} run @param {string} key @param {number|null} before @param {Call} [call] @returns {Promise<import('../types.js').TrackHistory>} */
     trackHistory: async (run, key, before, call) =>
-      expectObject('GET /runs/…/history', await json(`/runs/${e(run)}/tracks/${e(key)}/history`, { ...call, query: { before } }), {
-        key: 'string',
-        happened: 'array',
-        more: 'nullable',
-      }),
+      expectObject(
+        'GET /runs/…/history',
+        await json(`/runs/${encode(run)}/tracks/${encode(key)}/history`, { ...call, query: { before } }),
+        {
+          key: 'string',
+          happened: 'array',
+          more: 'nullable',
+        },
+      ),
     /** @param {string} name @param {number|null} before @param {Call} [call] @returns {Promise<import('../types.js').Activity>} */
     activity: async (name, before, call) =>
-      expectObject('GET /people/…/activity', await json(`/people/${e(name)}/activity`, { ...call, query: { before } }), {
+      expectObject('GET /people/…/activity', await json(`/people/${encode(name)}/activity`, { ...call, query: { before } }), {
         worker: 'object',
         done: 'array',
         more: 'nullable',

@@ -1,7 +1,7 @@
 // @ts-check
 /** Routes of runs and their stored results. */
 
-import { queryText } from './http.js';
+import { encode, queryText } from './http.js';
 import { expectColumns, expectList, expectObject } from './shapes.js';
 
 /** @typedef {import('../types.js').Run} Run */
@@ -27,17 +27,15 @@ export const RUN = /** @type {const} */ ({
 
 /** @param {import('./http.js').Routes} setup */
 export function runRoutes({ base, json }) {
-  /** @param {string} part */
-  const e = (part) => encodeURIComponent(part);
   return {
     /** @param {string} video @param {Call} [call] @returns {Promise<Run[]>} */
     runs: async (video, call) => {
-      const answer = expectObject('GET /videos/…/runs', await json(`/videos/${e(video)}/runs`, call), { runs: 'array' });
+      const answer = expectObject('GET /videos/…/runs', await json(`/videos/${encode(video)}/runs`, call), { runs: 'array' });
       return expectList('GET /videos/…/runs', answer.runs, RUN);
     },
     /** @param {string} video @param {RunRequest} request @param {Call} [call] @returns {Promise<Run>} */
     startRun: async (video, request, call) =>
-      expectObject('POST /videos/…/runs', await json(`/videos/${e(video)}/runs`, { ...call, method: 'POST', body: request }), RUN),
+      expectObject('POST /videos/…/runs', await json(`/videos/${encode(video)}/runs`, { ...call, method: 'POST', body: request }), RUN),
     /** Engine runs that are running or waiting, in queue order. @param {Call} [call] @returns {Promise<Run[]>} */
     runQueue: async (call) => {
       const answer = expectObject('GET /run-queue', await json('/run-queue', call), { runs: 'array' });
@@ -45,30 +43,30 @@ export function runRoutes({ base, json }) {
     },
     /** @param {string} id @param {string|null} before   the run to move it in front of; null: to the end of the queue @param {Call} [call] @returns {Promise<Run>} */
     moveRun: async (id, before, call) =>
-      expectObject('POST /runs/…/turn', await json(`/runs/${e(id)}/turn`, { ...call, method: 'POST', body: { before } }), RUN),
+      expectObject('POST /runs/…/turn', await json(`/runs/${encode(id)}/turn`, { ...call, method: 'POST', body: { before } }), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
-    run: async (id, call) => expectObject('GET /runs/…', await json(`/runs/${e(id)}`, call), RUN),
+    run: async (id, call) => expectObject('GET /runs/…', await json(`/runs/${encode(id)}`, call), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
-    removeRun: (id, call) => json(`/runs/${e(id)}`, { ...call, method: 'DELETE' }),
+    removeRun: (id, call) => json(`/runs/${encode(id)}`, { ...call, method: 'DELETE' }),
     /** @param {string} id @param {string} name @param {Call} [call] @returns {Promise<Run>} */
     renameRun: async (id, name, call) =>
-      expectObject('PATCH /runs/…', await json(`/runs/${e(id)}`, { ...call, method: 'PATCH', body: { name } }), RUN),
+      expectObject('PATCH /runs/…', await json(`/runs/${encode(id)}`, { ...call, method: 'PATCH', body: { name } }), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<string[]>} ids of the removed what-ifs */
     removeWhatIfs: async (id, call) =>
-      expectObject('DELETE /runs/…/whatifs', await json(`/runs/${e(id)}/whatifs`, { ...call, method: 'DELETE' }), { removed: 'array' })
+      expectObject('DELETE /runs/…/whatifs', await json(`/runs/${encode(id)}/whatifs`, { ...call, method: 'DELETE' }), { removed: 'array' })
         .removed,
     /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
     cancelRun: async (id, call) =>
-      expectObject('POST /runs/…/cancel', await json(`/runs/${e(id)}/cancel`, { ...call, method: 'POST' }), RUN),
+      expectObject('POST /runs/…/cancel', await json(`/runs/${encode(id)}/cancel`, { ...call, method: 'POST' }), RUN),
     /** @param {string} id @param {Call} [call] @returns {Promise<Run>} */
     resumeRun: async (id, call) =>
-      expectObject('POST /runs/…/resume', await json(`/runs/${e(id)}/resume`, { ...call, method: 'POST' }), RUN),
+      expectObject('POST /runs/…/resume', await json(`/runs/${encode(id)}/resume`, { ...call, method: 'POST' }), RUN),
     /** @param {string} id @param {{parameters: Record<string, unknown>, name?: string}} request @param {Call} [call] @returns {Promise<Run>} */
     whatIf: async (id, request, call) =>
-      expectObject('POST /runs/…/whatif', await json(`/runs/${e(id)}/whatif`, { ...call, method: 'POST', body: request }), RUN),
+      expectObject('POST /runs/…/whatif', await json(`/runs/${encode(id)}/whatif`, { ...call, method: 'POST', body: request }), RUN),
     /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').TrackColumns>} */
     tracks: async (run, call) =>
-      expectColumns('GET /runs/…/tracks', await json(`/runs/${e(run)}/tracks`, { timeout: 60_000, ...call }), [
+      expectColumns('GET /runs/…/tracks', await json(`/runs/${encode(run)}/tracks`, { timeout: 60_000, ...call }), [
         'id',
         'first',
         'last',
@@ -81,7 +79,7 @@ export function runRoutes({ base, json }) {
       ]),
     /** @param {string} run @param {Call} [call] @returns {Promise<import('../types.js').LaneColumns>} */
     lanes: async (run, call) =>
-      expectColumns('GET /runs/…/lanes', await json(`/runs/${e(run)}/lanes`, { timeout: 60_000, ...call }), [
+      expectColumns('GET /runs/…/lanes', await json(`/runs/${encode(run)}/lanes`, { timeout: 60_000, ...call }), [
         'track',
         'first',
         'last',
@@ -89,14 +87,18 @@ export function runRoutes({ base, json }) {
       ]),
     /** @param {string} run @param {number} first @param {number} last   inclusive; <= 256 frames @param {Call} [call] @returns {Promise<import('../types.js').Overlay[]>} */
     overlays: async (run, first, last, call) => {
-      const answer = expectObject('GET /runs/…/overlays', await json(`/runs/${e(run)}/overlays`, { ...call, query: { first, last } }), {
-        overlays: 'array',
-      });
+      const answer = expectObject(
+        'GET /runs/…/overlays',
+        await json(`/runs/${encode(run)}/overlays`, { ...call, query: { first, last } }),
+        {
+          overlays: 'array',
+        },
+      );
       return expectList('GET /runs/…/overlays', answer.overlays, { frame: 'number', detections: 'array', tracks: 'array' });
     },
     /** @param {string} run @param {number} track @param {Call} [call] @returns {Promise<import('../types.js').TrackLane>} */
     track: async (run, track, call) =>
-      expectColumns('GET /runs/…/tracks/…', await json(`/runs/${e(run)}/tracks/${track}`, call), [
+      expectColumns('GET /runs/…/tracks/…', await json(`/runs/${encode(run)}/tracks/${track}`, call), [
         'frame',
         'source',
         'box',
@@ -104,10 +106,10 @@ export function runRoutes({ base, json }) {
         'l_positive',
       ]),
     /** @param {string} run @param {number} track @param {number} frame @param {number} [size]   longest side, px @returns {string} */
-    cropUrl: (run, track, frame, size) => `${base}/runs/${e(run)}/tracks/${track}/crops/${frame}${queryText({ size })}`,
+    cropUrl: (run, track, frame, size) => `${base}/runs/${encode(run)}/tracks/${track}/crops/${frame}${queryText({ size })}`,
     /** @param {string} run @param {number} tau @param {Call} [call] @returns {Promise<import('../types.js').Flips>} */
     flips: async (run, tau, call) =>
-      expectObject('GET /runs/…/flips', await json(`/runs/${e(run)}/flips`, { ...call, query: { tau } }), {
+      expectObject('GET /runs/…/flips', await json(`/runs/${encode(run)}/flips`, { ...call, query: { tau } }), {
         verdicts: 'number',
         to_confident: 'number',
         to_rejected: 'number',
@@ -115,7 +117,7 @@ export function runRoutes({ base, json }) {
       }),
     /** @param {string} run @param {number} track @param {number} frame @param {Call} [call] @returns {Promise<Explanation>} */
     explain: async (run, track, frame, call) =>
-      expectObject('GET /runs/…/explain', await json(`/runs/${e(run)}/tracks/${track}/explain/${frame}`, call), {
+      expectObject('GET /runs/…/explain', await json(`/runs/${encode(run)}/tracks/${track}/explain/${frame}`, call), {
         symmetry: 'nullable',
         hash: 'nullable',
         tau: 'number',

@@ -34,10 +34,10 @@ export function searchRoutes(base, json) {
   return {
     /** @param {string} query   as in the address of the page @param {{limit: number, cursor?: string|null}} page @param {Call} [call] @returns {Promise<SearchAnswer>} */
     search: async (query, { limit, cursor }, call) => {
-      const asked = new URLSearchParams(query);
-      asked.set('limit', String(limit));
-      if (cursor) asked.set('cursor', cursor);
-      const answer = expectObject('GET /search', await json(`/search?${asked}`, call), {
+      const params = new URLSearchParams(query);
+      params.set('limit', String(limit));
+      if (cursor) params.set('cursor', cursor);
+      const answer = expectObject('GET /search', await json(`/search?${params}`, call), {
         tracks: 'array',
         next: 'nullable',
         total: 'number',

@@ -7,49 +7,49 @@ import { ApiError } from './errors.js';
 /** @typedef {'string'|'number'|'boolean'|'array'|'object'|'nullable'} Kind */
 
 /**
- * @param {string} place   for the message: `GET /videos`
+ * @param {string} route   for the message: `GET /videos`
  * @param {any} value
  * @param {Record<string, Kind>} fields
  * @returns {any} the value
  * @throws {ApiError} code `bad_answer`
  */
-export function expectObject(place, value, fields) {
-  if (!isObject(value)) throw wrong(place, 'an object', value);
+export function expectObject(route, value, fields) {
+  if (!isObject(value)) throw unexpectedAnswer(route, 'an object', value);
   for (const [name, kind] of Object.entries(fields)) {
-    if (!(name in value)) throw wrong(place, `a field '${name}'`, Object.keys(value));
-    if (!matches(value[name], kind)) throw wrong(place, `'${name}' as ${kind}`, value[name]);
+    if (!(name in value)) throw unexpectedAnswer(route, `a field '${name}'`, Object.keys(value));
+    if (!matches(value[name], kind)) throw unexpectedAnswer(route, `'${name}' as ${kind}`, value[name]);
   }
   return value;
 }
 
 /**
- * @param {string} place
+ * @param {string} route
  * @param {any} value
  * @param {Record<string, Kind>} fields   checked in the first item only: the server makes all items in the same way
  * @returns {any[]}
  * @throws {ApiError} code `bad_answer`
  */
-export function expectList(place, value, fields) {
-  if (!Array.isArray(value)) throw wrong(place, 'a list', value);
-  if (value.length) expectObject(`${place}[0]`, value[0], fields);
+export function expectList(route, value, fields) {
+  if (!Array.isArray(value)) throw unexpectedAnswer(route, 'a list', value);
+  if (value.length) expectObject(`${route}[0]`, value[0], fields);
   return value;
 }
 
 /**
  * Check columns of equal length.
  *
- * @param {string} place
+ * @param {string} route
  * @param {any} value
  * @param {string[]} names
  * @returns {any}
  * @throws {ApiError} code `bad_answer`
  */
-export function expectColumns(place, value, names) {
-  expectObject(place, value, Object.fromEntries(names.map((name) => [name, /** @type {Kind} */ ('array')])));
+export function expectColumns(route, value, names) {
+  expectObject(route, value, Object.fromEntries(names.map((name) => [name, /** @type {Kind} */ ('array')])));
   const length = value[names[0]].length;
   for (const name of names) {
     if (value[name].length !== length) {
-      throw wrong(place, `${plural(length, 'entry', 'entries')} in column '${name}'`, value[name].length);
+      throw unexpectedAnswer(route, `${plural(length, 'entry', 'entries')} in column '${name}'`, value[name].length);
     }
   }
   return value;
@@ -72,15 +72,15 @@ function isObject(value) {
 }
 
 /**
- * @param {string} place
+ * @param {string} route
  * @param {string} expected
  * @param {unknown} got
  */
-function wrong(place, expected, got) {
+function unexpectedAnswer(route, expected, got) {
   const shown = JSON.stringify(got)?.slice(0, 80) ?? String(got);
   return new ApiError(
     0,
     'bad_answer',
-    `${place}: expected ${expected}, got ${shown}. Page and server may be of different versions; reload the page.`,
+    `${route}: expected ${expected}, got ${shown}. Page and server may be of different versions; reload the page.`,
   );
 }

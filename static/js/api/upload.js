@@ -1,15 +1,15 @@
 // @ts-check
 /** Uploads with progress. Only XMLHttpRequest reports how much was sent. */
 
-import { ApiError, errorOfAnswer } from './errors.js';
+import { ApiError, errorFromResponse } from './errors.js';
 
 /** An upload without progress for this long fails, ms. */
-const STALL = 60_000;
+const STALL_TIMEOUT_MS = 60_000;
 /**
  * The longest wait for an answer after the upload, ms: longer than any import may take (four times
  * `TSR_IMPORT_SECONDS`).
  */
-const ANSWER = 30 * 60_000;
+const ANSWER_TIMEOUT_MS = 30 * 60_000;
 
 /**
  * Send a file unchanged.
@@ -31,15 +31,16 @@ export function upload(url, file, { onProgress, signal, method = 'PUT', request 
       signal?.removeEventListener('abort', stop);
       reject(error);
     };
-    /** @param {number} patience @param {string} sentence */
-    const wait = (patience, sentence) => {
+    /** @param {number} timeoutMs @param {string} message */
+    const startTimer = (timeoutMs, message) => {
       clearTimeout(timer);
       timer = setTimeout(() => {
-        fail(new ApiError(0, 'timeout', sentence));
+        fail(new ApiError(0, 'timeout', message));
         request.abort();
-      }, patience);
+      }, timeoutMs);
     };
-    const moved = () => wait(STALL, 'The upload made no progress for a minute. Try again, or add the file by its path.');
+    const restartStallTimer = () =>
+      startTimer(STALL_TIMEOUT_MS, 'The upload made no progress for a minute. Try again, or add the file by its path.');
     if (signal?.aborted) {
       fail(new ApiError(0, 'aborted', 'The upload was cancelled.'));
       return;
@@ -48,15 +49,15 @@ export function upload(url, file, { onProgress, signal, method = 'PUT', request 
     request.open(method, url);
     request.setRequestHeader('Content-Type', 'application/octet-stream');
     request.upload.addEventListener('progress', (event) => {
-      moved();
+      restartStallTimer();
       onProgress?.(event.loaded, file.size);
     });
     request.upload.addEventListener('load', () =>
-      wait(ANSWER, 'The server has not answered for half an hour. Reload the page to see whether the file has arrived.'),
+      startTimer(ANSWER_TIMEOUT_MS, 'The server has not answered for half an hour. Reload the page to see whether the file has arrived.'),
     );
     request.addEventListener('load', () => {
       if (request.status < 200 || request.status >= 300) {
-        fail(errorOfAnswer(request.status, request.responseText));
+        fail(errorFromResponse(request.status, request.responseText));
         return;
       }
       clearTimeout(timer);
@@ -69,7 +70,7 @@ export function upload(url, file, { onProgress, signal, method = 'PUT', request 
     });
     request.addEventListener('error', () => fail(new ApiError(0, 'offline', 'The upload failed: the server cannot be reached.')));
     request.addEventListener('abort', () => fail(new ApiError(0, 'aborted', 'The upload was cancelled.')));
-    moved();
+    restartStallTimer();
     request.send(file);
   });
 }

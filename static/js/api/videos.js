@@ -1,7 +1,7 @@
 // @ts-check
 /** Routes of videos and their pictures. */
 
-import { queryText } from './http.js';
+import { encode, queryText } from './http.js';
 import { expectList, expectObject } from './shapes.js';
 import { upload } from './upload.js';
 
@@ -13,8 +13,6 @@ const VIDEO = /** @type {const} */ ({ id: 'string', name: 'string', state: 'stri
 
 /** @param {import('./http.js').Routes} setup */
 export function videoRoutes({ base, json, send }) {
-  /** @param {string} part */
-  const e = (part) => encodeURIComponent(part);
   return {
     /** @param {Call} [call] @returns {Promise<Video[]>} */
     videos: async (call) => {
@@ -29,22 +27,22 @@ export function videoRoutes({ base, json, send }) {
         unreadable: 'number',
       }),
     /** @param {string} id @param {Call} [call] @returns {Promise<Video>} */
-    video: async (id, call) => expectObject('GET /videos/…', await json(`/videos/${e(id)}`, call), VIDEO),
+    video: async (id, call) => expectObject('GET /videos/…', await json(`/videos/${encode(id)}`, call), VIDEO),
     /** @param {string} path @param {Call} [call] @returns {Promise<Video>} */
     addVideo: async (path, call) =>
       expectObject('POST /videos', await json('/videos', { ...call, method: 'POST', body: { path }, timeout: 60_000 }), VIDEO),
     /** @param {string} id @param {Call} [call] @returns {Promise<void>} */
-    removeVideo: (id, call) => json(`/videos/${e(id)}`, { ...call, method: 'DELETE' }),
+    removeVideo: (id, call) => json(`/videos/${encode(id)}`, { ...call, method: 'DELETE' }),
     /**
      * @param {File} file
      * @param {{onProgress?: (sent: number, total: number) => void, signal?: AbortSignal}} [options]
      * @returns {Promise<Video>}
      */
     uploadVideo: async (file, options = {}) =>
-      expectObject('PUT /uploads/…', await upload(`${base}/uploads/${e(file.name)}`, file, options), VIDEO),
+      expectObject('PUT /uploads/…', await upload(`${base}/uploads/${encode(file.name)}`, file, options), VIDEO),
     /** @param {string} id @param {Call} [call] @returns {Promise<import('../types.js').FrameTableData>} */
     frameTable: async (id, call) =>
-      expectObject('GET /videos/…/table', await json(`/videos/${e(id)}/table`, call), {
+      expectObject('GET /videos/…/table', await json(`/videos/${encode(id)}/table`, call), {
         frames: 'number',
         time_base: 'array',
         steps: 'array',
@@ -60,14 +58,14 @@ export function videoRoutes({ base, json, send }) {
         truncated: 'boolean',
       }),
     /** @param {string} id @returns {string} address of the picture */
-    thumbnailUrl: (id) => `${base}/videos/${e(id)}/thumbnail`,
+    thumbnailUrl: (id) => `${base}/videos/${encode(id)}/thumbnail`,
     /**
      * @param {string} id
      * @param {number} frame   ordinal
      * @param {{width?: number, format?: 'jpeg'|'webp'}} [options]
      * @returns {string} address of the picture
      */
-    frameUrl: (id, frame, options) => `${base}/videos/${e(id)}/frames/${frame}${queryText(options)}`,
+    frameUrl: (id, frame, options) => `${base}/videos/${encode(id)}/frames/${frame}${queryText(options)}`,
     /**
      * @param {string} id
      * @param {number} frame
@@ -76,7 +74,7 @@ export function videoRoutes({ base, json, send }) {
      * @returns {string} address of a part of the picture
      */
     framePartUrl: (id, frame, [x1, y1, x2, y2], size) =>
-      `${base}/videos/${e(id)}/frames/${frame}/crop${queryText({ x1, y1, x2, y2, size })}`,
+      `${base}/videos/${encode(id)}/frames/${frame}/crop${queryText({ x1, y1, x2, y2, size })}`,
     /**
      * The picture of a frame, with the ordinal that the server reports. For a preview the server may send a small, soft
      * and inexact picture.
@@ -88,7 +86,7 @@ export function videoRoutes({ base, json, send }) {
      */
     frame: async (id, frame, { width, format, preview, ...call } = {}) => {
       const query = { width, format, preview: preview ? 'true' : undefined };
-      const answer = await send(`/videos/${e(id)}/frames/${frame}`, { ...call, query });
+      const answer = await send(`/videos/${encode(id)}/frames/${frame}`, { ...call, query });
       const ordinal = answer.headers.get('X-Frame-Ordinal');
       const pts = answer.headers.get('X-Frame-Pts');
       expectObject('GET /videos/…/frames/…', { ordinal: ordinal === null ? null : Number(ordinal) }, { ordinal: 'number' });

@@ -4,7 +4,7 @@
  * remembered.
  */
 
-import { LAYERS, USUAL_LAYERS } from '../store/initial.js';
+import { LAYERS, DEFAULT_LAYERS } from '../store/initial.js';
 
 /**
  * @param {string} name
@@ -36,14 +36,14 @@ export function remember(name, value) {
  * @param {import('../types.js').Session|null} session
  * @returns {string|null} null: the server's default
  */
-export const signature = (session) => session?.person?.name ?? recall('author');
+export const authorName = (session) => session?.person?.name ?? recall('author');
 
 /** @typedef {Record<import('../state-types.js').LayerName, boolean>} Layers */
 
 /** @returns {Layers} */
 export function rememberedLayers() {
   const value = recall('layers');
-  if (value === null) return USUAL_LAYERS;
+  if (value === null) return DEFAULT_LAYERS;
   const shown = new Set(value.split(' '));
   return /** @type {Layers} */ (Object.fromEntries(LAYERS.map((name) => [name, shown.has(name)])));
 }
@@ -89,15 +89,15 @@ export function forget(name) {
 }
 
 /** Maximum number of hidden notices that are remembered. */
-const PUT_AWAY = 100;
+const MAX_DISMISSED = 100;
 
 /** @returns {string[]} oldest first */
-const putAwayNames = () => (recall('put-away') ?? '').split(' ').filter(Boolean);
+const dismissedNames = () => (recall('put-away') ?? '').split(' ').filter(Boolean);
 
 /** Whether the user has hidden a notice before. @param {string} name */
-export const isDismissed = (name) => putAwayNames().includes(name);
+export const isDismissed = (name) => dismissedNames().includes(name);
 
 /** Remember that a notice is hidden, and forget the oldest ones. @param {string} name   without spaces */
 export function dismiss(name) {
-  remember('put-away', [...putAwayNames().filter((known) => known !== name), name].slice(-PUT_AWAY).join(' '));
+  remember('put-away', [...dismissedNames().filter((known) => known !== name), name].slice(-MAX_DISMISSED).join(' '));
 }

@@ -23,9 +23,9 @@ export function toast(text, options = {}) {
 }
 
 /** The event that ends the notices about the last action. */
-export const OVER = 'tsr-toast-over';
+export const TOAST_END = 'tsr-toast-over';
 
 /** End the notices about the last action, because another one was made. */
 export function endToasts() {
-  document.dispatchEvent(new CustomEvent(OVER));
+  document.dispatchEvent(new CustomEvent(TOAST_END));
 }

@@ -7,7 +7,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./outbox.js').Pending} Pending
  */
-import { listed, trackName } from '../model/track_name.js';
+import { listNames, trackName } from '../model/track_name.js';
 import { hideBanner, openDialog, showBanner } from '../store/actions/page.js';
 import { seek, select } from '../store/actions/review.js';
 import { changesNothing, planKeepMine } from './conflict_plan.js';
@@ -66,7 +66,7 @@ export function createConflicts({ store, outbox, edits, toast, enqueue, refresh 
     if (reduced === next) return false;
     if (reduced === null) edits.forget(next);
     else edits.replace(reduced);
-    const names = listed(
+    const names = listNames(
       current.map(({ key }) => trackName(key, edits.confirmed[key])),
       MAX_NAMED_TRACKS,
     );

@@ -11,7 +11,7 @@
  * @typedef {import('./outbox.js').Outbox} Outbox
  */
 import { ApiError, sentence } from '../api/errors.js';
-import { readOnly } from '../model/team.js';
+import { readOnlyReason } from '../model/team.js';
 import { CommandError, applyCommand } from '../model/commands.js';
 import { withLabelKey } from '../model/labels.js';
 import { isOpening } from '../model/review_notice.js';
@@ -96,16 +96,16 @@ export function createEditor({
     keyMoves.end();
     if (edits.run === null || review === null) return op_id;
     onEdit();
-    const made = { op_id, author: author(), command, ...(about && { about }) };
+    const operation = { op_id, author: author(), command, ...(about && { about }) };
     if (!edits.ready) {
-      edits.early = [...edits.early, made];
+      edits.early = [...edits.early, operation];
       edits.show();
       // the person saw tracks that nobody has touched, so those revisions are kept
-      edits.save({ ...made, run: edits.run, seen: seenRevisions(review, {}, command) });
+      edits.save({ ...operation, run: edits.run, seen: seenRevisions(review, {}, command) });
       return op_id;
     }
     const pending = {
-      ...made,
+      ...operation,
       run: edits.run,
       seen: seenRevisions(review, edits.confirmed, command),
       ...(gesture !== undefined && { growing: true }),
@@ -225,7 +225,7 @@ export function createEditor({
   /** @param {Command} command @param {string|null} [run]   the run that it is meant for @param {string} [gesture] @param {string} [op_id] */
   function edit(command, run = edits.run, gesture, op_id) {
     const { review, session } = store.get();
-    const reason = readOnly(session);
+    const reason = readOnlyReason(session);
     if (reason !== null) {
       toast(reason, { tone: 'bad', topic: 'role' });
       return false;
@@ -254,16 +254,16 @@ export function createEditor({
 
   /** Apply the edits that were made before the documents arrived. An edit that is not possible on them is dropped, and so is its undo. @param {import('./editor_state.js').EarlyEdit[]} early */
   function applyEarly(early) {
-    for (let left = early; left.length > 0;) {
-      const { op_id, command, about } = left[0];
+    for (let remaining = early; remaining.length > 0;) {
+      const { op_id, command, about } = remaining[0];
       const change = asCommand(command);
       const made =
         change !== null
           ? edit(change, edits.run, undefined, op_id)
           : about !== undefined && undo.revert(/** @type {'undo'|'redo'} */ (command.name), op_id);
-      const finished = made ? [left[0]] : withCounterparts(left, left[0]);
+      const finished = made ? [remaining[0]] : withCounterparts(remaining, remaining[0]);
       if (!made) for (const one of finished) outbox.remove(one.op_id).catch(() => {});
-      left = left.filter((one) => !finished.includes(one));
+      remaining = remaining.filter((one) => !finished.includes(one));
     }
   }
 

@@ -11,7 +11,7 @@
  * @property {(event: import('../types.js').ServerEvent) => Promise<void>} receive   handles an event about a changed set
  * @property {(change: LabelChange, set?: string|null) => Promise<import('../api/labels.js').LabelAnswer>} change   make
  *   a change, by default in the set on the screen; the store has it when the promise resolves
- * @property {(set: string, file: File, create: boolean) => Promise<import('../api/labels.js').LabelsBrought>} importFile   add the labels of a file that the set lacks;
+ * @property {(set: string, file: File, create: boolean) => Promise<import('../api/labels.js').ImportedLabels>} importFile   add the labels of a file that the set lacks;
  *   create: make the set if it does not exist
  */
 import { ApiError } from '../api/errors.js';
@@ -36,7 +36,7 @@ function versionOf(state) {
 /**
  * @param {object} setup
  * @param {import('../state-types.js').Store} setup.store
- * @param {Pick<import('../api/labels.js').LabelRoutes, 'labels'|'labelSets'|'labelHistory'|'changeLabels'|'bringLabels'>} setup.api
+ * @param {Pick<import('../api/labels.js').LabelRoutes, 'labels'|'labelSets'|'labelHistory'|'changeLabels'|'importLabels'>} setup.api
  * @param {() => string} setup.author
  * @param {(text: string) => void} setup.notify   shows a sentence about somebody else's change
  * @param {() => void} [setup.onChanged]   called when another set or version is on the screen, so that the engine's results get other labels
@@ -102,7 +102,7 @@ export function createLabelSets({ store, api, author, notify, onChanged = () => 
       return request;
     },
     async importFile(set, file, create) {
-      const answer = await api.bringLabels(set, file, author(), create);
+      const answer = await api.importLabels(set, file, author(), create);
       ownVersions.add(`${set} ${answer.version}`);
       await reload().catch(() => {});
       return answer;

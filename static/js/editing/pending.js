@@ -100,8 +100,8 @@ function restoredDocs(review, docs, goal) {
   return Object.fromEntries(
     Object.entries(goal).map(([key, doc]) => {
       // without a document: the engine's track; of a track that a person made, nothing is left
-      const wanted = doc ?? docOf({ ...review, docs: {} }, key) ?? { ...blankDoc(key), gone: true };
-      return [key, { ...wanted, revision: docs[key]?.revision ?? 0 }];
+      const restored = doc ?? docOf({ ...review, docs: {} }, key) ?? { ...blankDoc(key), gone: true };
+      return [key, { ...restored, revision: docs[key]?.revision ?? 0 }];
     }),
   );
 }

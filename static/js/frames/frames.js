@@ -26,14 +26,14 @@ export function createFrames(store, api) {
         player?.destroy();
         video = wanted;
         player = wanted ? createPlayer(store, createFrameCache(api, wanted)) : null;
-        player?.onShot((shot, passing) => paint(shot, passing));
+        player?.setPainter((picture, isBrief) => paint(picture, isBrief));
         player?.setWidth(width);
         player?.setSpeed(speed);
       }
       player?.sync();
     },
     /** Set the function that paints a picture. @param {import('./player.js').Paint} how */
-    onShot(how) {
+    setPainter(how) {
       paint = how;
     },
     /** Set the width at which pictures are useful, px. @param {number} wanted */

@@ -7,33 +7,33 @@
  *
  * @typedef {import('../state-types.js').Store} Store
  * @typedef {import('./cache.js').FrameCache} FrameCache
- * @typedef {import('./cache.js').Shot} Shot
+ * @typedef {import('./cache.js').Picture} Picture
  *
- * Paints a picture. `passing`: shown only briefly while the user scrubs, so not worth ten milliseconds of smoothing.
- * @typedef {(shot: Shot, passing: boolean) => void} Paint
+ * Paints a picture. `isBrief`: shown only briefly while the user scrubs, so not worth ten milliseconds of smoothing.
+ * @typedef {(picture: Picture, isBrief: boolean) => void} Paint
  */
-import { ApiError, mayRepeat, sentence } from '../api/errors.js';
+import { ApiError, isRetryable, sentence } from '../api/errors.js';
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { setPlaying, setShown, seek } from '../store/actions/review.js';
 
 /** Number of pictures loaded ahead of the cursor, or behind it after a step back. */
-const AHEAD = 24;
-const BEHIND = 8;
+const PREFETCH_AHEAD = 24;
+const PREFETCH_BEHIND = 8;
 /** Steps of more frames than this are jumps; two frames are a key press that was drawn late. */
-const NEAR = 2;
-/** Pause after a jump before the sharp picture and its neighbours are loaded, ms. */
-const REST = 180;
+const MAX_STEP_FRAMES = 2;
+/** Time on a frame after a jump before its sharp picture and its neighbours are loaded, ms. */
+const SCRUB_PAUSE_MS = 180;
 /** The longest wait for a picture that the scrubbing user has already left, ms. */
-const PATIENCE = 400;
-/** Pause before a picture is requested again after the server was unreachable or late, ms. */
-const AGAIN = 1000;
+const MAX_PREVIEW_WAIT_MS = 400;
+/** Delay before a failed picture is requested again, ms. */
+const RETRY_DELAY_MS = 1000;
 /** The largest delay of playback before its clock is set back, s. */
-const SLACK = 0.12;
+const MAX_LAG_S = 0.12;
 
 /**
  * @typedef {object} Player
  * @property {() => void} sync          follow a change of the state
- * @property {(paint: Paint) => void} onShot   sets the function that paints a picture
+ * @property {(paint: Paint) => void} setPainter   sets the function that paints a picture
  * @property {(width: number) => void} setWidth
  * @property {(speed: number) => void} setSpeed
  * @property {() => number} speed
@@ -44,19 +44,19 @@ const SLACK = 0.12;
 /**
  * @param {Store} store
  * @param {FrameCache} cache
- * @param {{now?: () => number, tick?: (run: () => void) => number, untick?: (handle: number) => void, again?: number}} [clock]   again: pause before a picture is requested again, ms
+ * @param {{now?: () => number, tick?: (run: () => void) => number, cancelTick?: (handle: number) => void, retryDelayMs?: number}} [clock]   retryDelayMs: delay before a failed picture is requested again
  * @returns {Player}
  */
 export function createPlayer(
   store,
   cache,
-  { now = () => performance.now(), tick = requestAnimationFrame, untick = cancelAnimationFrame, again = AGAIN } = {},
+  { now = () => performance.now(), tick = requestAnimationFrame, cancelTick = cancelAnimationFrame, retryDelayMs = RETRY_DELAY_MS } = {},
 ) {
   /** @type {Paint} */
   let paint = () => {};
-  let wanted = -1;
+  let target = -1;
   /** The frame around which pictures were loaded last; -1: none yet. */
-  let before = -1;
+  let loadedAround = -1;
   let speed = 1;
   let ended = false;
   let handle = 0;
@@ -67,44 +67,44 @@ export function createPlayer(
   let stalled = 0;
 
   /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let resting;
+  let timer;
   /** The jump whose picture is being loaded, and its start time. @type {{frame: number, since: number}|null} */
-  let leap = null;
+  let pendingPreview = null;
 
   /** @param {number} frame */
   function loadAround(frame) {
     const last = (store.get().review?.timebase?.frames ?? 1) - 1;
-    const back = before >= 0 && frame < before;
+    const isBackward = loadedAround >= 0 && frame < loadedAround;
     const frames = [];
-    for (let k = 1; k <= (back ? BEHIND : AHEAD); k++) frames.push(back ? frame - k : frame + k);
-    if (!back) frames.push(frame - 1, frame - 2);
-    cache.want(frames.filter((k) => k >= 0 && k <= last));
-    before = frame;
+    for (let k = 1; k <= (isBackward ? PREFETCH_BEHIND : PREFETCH_AHEAD); k++) frames.push(isBackward ? frame - k : frame + k);
+    if (!isBackward) frames.push(frame - 1, frame - 2);
+    cache.prefetch(frames.filter((k) => k >= 0 && k <= last));
+    loadedAround = frame;
   }
 
   /** @param {number} frame */
-  const isNear = (frame) => Math.abs(frame - before) <= NEAR || Boolean(store.get().review?.playing);
+  const isNear = (frame) => Math.abs(frame - loadedAround) <= MAX_STEP_FRAMES || Boolean(store.get().review?.playing);
 
   /** @param {number} frame */
-  function bring(frame) {
-    wanted = frame;
-    clearTimeout(resting);
+  function showFrame(frame) {
+    target = frame;
+    clearTimeout(timer);
     const ready = cache.peek(frame);
     const near = isNear(frame);
-    if (ready) put(ready, !near);
+    if (ready) paintPicture(ready, !near);
     if (near) {
       void show(frame, cache.load(frame));
       loadAround(frame);
       return;
     }
-    resting = setTimeout(() => arrive(frame), REST);
-    if (leap === null || now() - leap.since > PATIENCE) void preview(frame);
+    timer = setTimeout(() => loadSharp(frame), SCRUB_PAUSE_MS);
+    if (pendingPreview === null || now() - pendingPreview.since > MAX_PREVIEW_WAIT_MS) void preview(frame);
   }
 
   /** Load the sharp picture, because the cursor rests. @param {number} frame */
-  function arrive(frame) {
-    if (leap?.frame === frame && now() - leap.since < PATIENCE) {
-      resting = setTimeout(() => arrive(frame), REST / 4); // the requested picture is about to arrive
+  function loadSharp(frame) {
+    if (pendingPreview?.frame === frame && now() - pendingPreview.since < MAX_PREVIEW_WAIT_MS) {
+      timer = setTimeout(() => loadSharp(frame), SCRUB_PAUSE_MS / 4); // the requested picture is about to arrive
       return;
     }
     void show(frame, cache.load(frame));
@@ -118,43 +118,43 @@ export function createPlayer(
    * @param {number} frame
    */
   async function preview(frame) {
-    const mine = { frame, since: now() };
-    leap = mine;
+    const current = { frame, since: now() };
+    pendingPreview = current;
     const request = cache.preview(frame);
-    cache.want([]);
-    await show(frame, request, () => leap === mine && store.get().review?.shown !== wanted, true);
-    if (leap !== mine || ended) return;
-    leap = null;
-    if (wanted !== frame && !isNear(wanted) && !cache.peek(wanted)) void preview(wanted);
+    cache.prefetch([]);
+    await show(frame, request, () => pendingPreview === current && store.get().review?.shown !== target, true);
+    if (pendingPreview !== current || ended) return;
+    pendingPreview = null;
+    if (target !== frame && !isNear(target) && !cache.peek(target)) void preview(target);
   }
 
   /**
    * @param {number} frame
-   * @param {Promise<Shot>} request
-   * @param {() => boolean} [anyway]   whether the picture is shown although the cursor has left it
-   * @param {boolean} [passing]
+   * @param {Promise<Picture>} request
+   * @param {() => boolean} [isStillWanted]   whether the picture is shown although the cursor has left it
+   * @param {boolean} [isBrief]
    */
-  async function show(frame, request, anyway = () => false, passing = false) {
+  async function show(frame, request, isStillWanted = () => false, isBrief = false) {
     try {
-      const shot = await request;
-      if (!ended && (wanted === frame || anyway())) {
-        put(shot, passing);
+      const picture = await request;
+      if (!ended && (target === frame || isStillWanted())) {
+        paintPicture(picture, isBrief);
         store.dispatch(hideBanner, 'picture');
       }
     } catch (thrown) {
-      if (wanted !== frame || dropped(thrown)) return;
-      fail(frame, thrown, () => arrive(frame));
+      if (target !== frame || wasCancelled(thrown)) return;
+      fail(frame, thrown, () => loadSharp(frame));
     }
   }
 
   /** Load the frame that playback waits for. If it fails, its banner stays until it is there or the cursor has moved. @param {number} frame */
-  async function bringNext(frame) {
+  async function loadNext(frame) {
     try {
       await cache.load(frame);
-      if (wanted === frame - 1) store.dispatch(hideBanner, 'picture');
+      if (target === frame - 1) store.dispatch(hideBanner, 'picture');
     } catch (thrown) {
-      if (wanted !== frame - 1 || dropped(thrown)) return;
-      fail(frame, thrown, () => void bringNext(frame));
+      if (target !== frame - 1 || wasCancelled(thrown)) return;
+      fail(frame, thrown, () => void loadNext(frame));
     }
   }
 
@@ -164,18 +164,18 @@ export function createPlayer(
     store.dispatch((state) =>
       showBanner(setPlaying(state, false), { id: 'picture', tone: 'error', text: `Frame ${frame} cannot be shown. ${sentence(thrown)}` }),
     );
-    if (!mayRepeat(thrown)) return;
-    clearTimeout(resting);
-    resting = setTimeout(load, again);
+    if (!isRetryable(thrown)) return;
+    clearTimeout(timer);
+    timer = setTimeout(load, retryDelayMs);
   }
 
-  /** @param {Shot} shot @param {boolean} passing */
-  function put(shot, passing) {
-    store.dispatch(setShown, shot.frame);
-    paint(shot, passing); // after the change of the state, so that picture and layers appear together
+  /** @param {Picture} picture @param {boolean} isBrief */
+  function paintPicture(picture, isBrief) {
+    store.dispatch(setShown, picture.frame);
+    paint(picture, isBrief); // after the change of the state, so that picture and layers appear together
   }
 
-  function beat() {
+  function onTick() {
     handle = 0;
     const review = store.get().review;
     if (ended || !review?.playing || !review.timebase) {
@@ -184,42 +184,43 @@ export function createPlayer(
     }
     const { timebase } = review;
     started ??= { media: timebase.secondsAt(review.frame), clock: now() };
-    const due = started.media + ((now() - started.clock) / 1000) * speed;
-    let target = Math.max(review.frame, timebase.frameAt(due));
-    while (target > review.frame && !(cache.peek(target) && (review.overlays[target] || !covered(review, target)))) target--;
-    if (target > review.frame) {
+    const mediaTime = started.media + ((now() - started.clock) / 1000) * speed;
+    let nextFrame = Math.max(review.frame, timebase.frameAt(mediaTime));
+    while (nextFrame > review.frame && !(cache.peek(nextFrame) && (review.overlays[nextFrame] || !isCovered(review, nextFrame))))
+      nextFrame--;
+    if (nextFrame > review.frame) {
       stalled = 0;
-      tally = { frames: tally.frames + 1, late: tally.late + (timebase.frameAt(due) > target ? 1 : 0) };
-      store.dispatch(seek, target);
+      tally = { frames: tally.frames + 1, late: tally.late + (timebase.frameAt(mediaTime) > nextFrame ? 1 : 0) };
+      store.dispatch(seek, nextFrame);
     }
-    if (due - timebase.secondsAt(target) > SLACK + 1 / 25) {
+    if (mediaTime - timebase.secondsAt(nextFrame) > MAX_LAG_S + 1 / 25) {
       // too slow: continue from here instead of skipping frames
-      started = { media: timebase.secondsAt(target), clock: now() };
+      started = { media: timebase.secondsAt(nextFrame), clock: now() };
       // a failed prefetch is not repeated: request the frame itself, so that its error is shown
-      if (target === review.frame && ++stalled === 10) void bringNext(target + 1);
+      if (nextFrame === review.frame && ++stalled === 10) void loadNext(nextFrame + 1);
     }
-    if (target >= timebase.frames - 1) store.dispatch(setPlaying, false);
-    handle = tick(beat);
+    if (nextFrame >= timebase.frames - 1) store.dispatch(setPlaying, false);
+    handle = tick(onTick);
   }
 
   return {
     sync() {
       const review = store.get().review;
       if (!review?.timebase || ended) return;
-      if (review.frame !== wanted) bring(review.frame);
+      if (review.frame !== target) showFrame(review.frame);
       if (review.playing && !handle) {
         tally = { frames: 0, late: 0 };
         started = null;
-        handle = tick(beat);
+        handle = tick(onTick);
       }
     },
-    onShot(how) {
+    setPainter(how) {
       paint = how;
     },
     setWidth(width) {
       cache.setWidth(width);
-      const shot = wanted >= 0 ? cache.peek(wanted) : null;
-      if (wanted >= 0 && (!shot || shot.width < width)) bring(wanted);
+      const picture = target >= 0 ? cache.peek(target) : null;
+      if (target >= 0 && (!picture || picture.width < width)) showFrame(target);
     },
     setSpeed(value) {
       speed = value;
@@ -229,19 +230,19 @@ export function createPlayer(
     tally: () => tally,
     destroy() {
       ended = true;
-      clearTimeout(resting);
-      if (handle) untick(handle);
+      clearTimeout(timer);
+      if (handle) cancelTick(handle);
       cache.clear();
     },
   };
 }
 
 /** Whether the run's results cover a frame. @param {import('../state-types.js').ReviewState} review @param {number} frame */
-function covered({ run }, frame) {
+function isCovered({ run }, frame) {
   return run !== null && run.first <= frame && frame < run.first + run.frames_done;
 }
 
 /** @param {unknown} thrown @returns {boolean} whether the load was cancelled */
-function dropped(thrown) {
+function wasCancelled(thrown) {
   return (thrown instanceof ApiError && thrown.code === 'aborted') || (thrown instanceof Error && thrown.name === 'AbortError');
 }

@@ -18,7 +18,7 @@
 import { attributesAt } from './documents.js';
 
 /** Maximum length of a text, characters. */
-const MOST_TEXT = 1000;
+const MAX_TEXT_LENGTH = 1000;
 
 /**
  * The lines of the form: the label's attributes in order, then values left over from an earlier label.
@@ -59,14 +59,14 @@ export function attributeProblem({ name, kind, values, low, high }, value) {
   if (kind === 'checkbox') return typeof value === 'boolean' ? null : `${name} must be true or false.`;
   if (kind === 'number') {
     if (typeof value !== 'number' || !Number.isFinite(value)) return `${name} must be a number.`;
-    const within = (low === null || value >= low) && (high === null || value <= high);
-    return within
+    const isInRange = (low === null || value >= low) && (high === null || value <= high);
+    return isInRange
       ? null
       : `${name} must be ${low === null ? `at most ${high}` : high === null ? `at least ${low}` : `within ${low} and ${high}`}.`;
   }
   if (typeof value !== 'string') return `${name} must be a text.`;
   if (kind === 'select') return values.includes(value) ? null : `${name} must be one of ${values.join(', ')}.`;
-  return value.length <= MOST_TEXT ? null : `${name} must have at most ${MOST_TEXT} characters.`;
+  return value.length <= MAX_TEXT_LENGTH ? null : `${name} must have at most ${MAX_TEXT_LENGTH} characters.`;
 }
 
 /**
@@ -95,9 +95,9 @@ export function attributeChoices(labels, docs) {
   const found = new Map();
   /** @param {string} name @param {readonly AttributeValue[]} values */
   const add = (name, values) => {
-    const own = found.get(name) ?? new Set();
-    for (const value of values) own.add(value);
-    found.set(name, own);
+    const choices = found.get(name) ?? new Set();
+    for (const value of values) choices.add(value);
+    found.set(name, choices);
   };
   for (const { attributes } of labels)
     for (const { name, kind, values } of attributes) add(name, kind === 'checkbox' ? [true, false] : values);
@@ -122,6 +122,6 @@ export function hasAttribute(label, doc, name, value) {
   );
   if (value === null) return given.length > 0;
   if (given.includes(value)) return true;
-  const whole = doc?.attributes && Object.hasOwn(doc.attributes, name);
-  return !whole && label?.attributes.find((one) => one.name === name)?.default === value;
+  const hasTrackValue = doc?.attributes && Object.hasOwn(doc.attributes, name);
+  return !hasTrackValue && label?.attributes.find((one) => one.name === name)?.default === value;
 }

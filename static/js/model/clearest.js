@@ -7,13 +7,13 @@
 import { keyFramesOf } from './documents.js';
 import { shownSpan } from './effective.js';
 import { area } from './geometry.js';
-import { shownRuns } from './shown_runs.js';
+import { shownSpans } from './shown_spans.js';
 
 /**
  * A box counts as cut by the picture if its edge is closer to the picture's edge than this share of its side; as in
  * app/evidence/tracks.py.
  */
-const CUT = 0.05;
+const EDGE_MARGIN_SHARE = 0.05;
 
 /**
  * The frame in which the engine saw the sign best, or the nearest frame that is still part of the track. For a track
@@ -28,14 +28,14 @@ export function clearestFrame(doc, tracks, picture = { width: Infinity, height: 
   const span = shownSpan(doc, tracks);
   if (span === null) return null;
   const views = tracks === null ? [] : engineViews(doc, tracks);
-  const own = best(
-    views.filter(({ away }) => away === 0),
+  const engineBest = maxBy(
+    views.filter(({ distance }) => distance === 0),
     ({ side }) => side,
   );
-  if (own) return own.frame;
+  if (engineBest) return engineBest.frame;
   const drawn = keyFramesOf(doc).filter((frame) => doc.keys[frame].box !== null && !doc.keys[frame].outside);
-  const largest = best(drawn, (frame) => rankOf(/** @type {import('../types.js').Box} */ (doc.keys[frame].box), picture));
-  return largest ?? best(views, ({ away }) => -away)?.frame ?? span.first;
+  const largest = maxBy(drawn, (frame) => rankOf(/** @type {import('../types.js').Box} */ (doc.keys[frame].box), picture));
+  return largest ?? maxBy(views, ({ distance }) => -distance)?.frame ?? span.first;
 }
 
 /**
@@ -44,7 +44,7 @@ export function clearestFrame(doc, tracks, picture = { width: Infinity, height: 
  * @param {import('../types.js').TrackColumns} tracks
  */
 function engineViews(doc, tracks) {
-  const runs = shownRuns(doc, (id) => tracks.last[tracks.id.indexOf(id)] ?? null);
+  const runs = shownSpans(doc, (id) => tracks.last[tracks.id.indexOf(id)] ?? null);
   return doc.segments.flatMap(({ track, first, last }) => {
     const at = tracks.id.indexOf(track);
     const clearest = tracks.clearest[at];
@@ -53,7 +53,7 @@ function engineViews(doc, tracks) {
       .filter(([from, to]) => from <= last && first <= to)
       .map(([from, to]) => {
         const frame = Math.min(Math.max(clearest, first, from), last, to);
-        return { frame, away: Math.abs(clearest - frame), side: tracks.side[at] };
+        return { frame, distance: Math.abs(clearest - frame), side: tracks.side[at] };
       });
   });
 }
@@ -61,9 +61,9 @@ function engineViews(doc, tracks) {
 /** Whole boxes before cut ones, then by size. @param {import('../types.js').Box} box @param {import('./geometry.js').Size} picture */
 function rankOf(box, { width, height }) {
   const [x1, y1, x2, y2] = box;
-  const [wide, high] = [CUT * (x2 - x1), CUT * (y2 - y1)];
-  const whole = x1 > wide && y1 > high && x2 < width - wide && y2 < height - high;
-  return (whole ? 1e9 : 0) + area(box);
+  const [marginX, marginY] = [EDGE_MARGIN_SHARE * (x2 - x1), EDGE_MARGIN_SHARE * (y2 - y1)];
+  const isUncut = x1 > marginX && y1 > marginY && x2 < width - marginX && y2 < height - marginY;
+  return (isUncut ? 1e9 : 0) + area(box);
 }
 
 /**
@@ -73,6 +73,6 @@ function rankOf(box, { width, height }) {
  * @param {(one: T) => number} rank
  * @returns {T|undefined}
  */
-function best(list, rank) {
+function maxBy(list, rank) {
   return list.reduce((/** @type {T|undefined} */ found, one) => (found === undefined || rank(one) > rank(found) ? one : found), undefined);
 }

@@ -16,7 +16,7 @@ export class CommandError extends Error {
  * @param {string} name
  * @returns {T}
  */
-export function needed(value, name) {
+export function requireValue(value, name) {
   if (value === null || value === undefined) throw new CommandError(`The command needs a ${name}.`);
   return value;
 }

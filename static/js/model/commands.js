@@ -9,10 +9,10 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {{author: string, time: string}} Person   for notes; time in ISO 8601
  */
-import { CommandError, needed } from './command_error.js';
-import { blankDoc, emptyDoc, isEmpty, said, withKey } from './documents.js';
-import { deleteFrom, follow, interpolate, removeKey, setAttribute, setOutside, shown } from './key_commands.js';
-import { relabelled } from './relabel.js';
+import { CommandError, requireValue } from './command_error.js';
+import { blankDoc, emptyDoc, isEmpty, nonDefaultFields, withKey } from './documents.js';
+import { deleteFrom, follow, interpolate, removeKey, setAttribute, setOutside, visibleBox } from './key_commands.js';
+import { relabelTrack } from './relabel.js';
 import { merge, split } from './track_commands.js';
 
 export { CommandError };
@@ -23,8 +23,8 @@ export { CommandError };
  * @returns {string[]}
  */
 export function touchedKeys(command) {
-  const made = command.name === 'split' && command.new_key ? [command.new_key] : [];
-  return [...new Set([command.key, ...(command.others ?? []), ...made])];
+  const newKeys = command.name === 'split' && command.new_key ? [command.new_key] : [];
+  return [...new Set([command.key, ...(command.others ?? []), ...newKeys])];
 }
 
 /**
@@ -37,9 +37,9 @@ export function touchedKeys(command) {
  */
 export function applyCommand(docs, command, person) {
   /** @type {Record<string, TrackDoc>} */
-  const known = {};
-  for (const span of command.spans ?? []) known[`m${span.track}`] = emptyDoc(span);
-  const changed = change({ ...known, ...docs }, command, person);
+  const engineDocs = {};
+  for (const span of command.spans ?? []) engineDocs[`m${span.track}`] = emptyDoc(span);
+  const changed = change({ ...engineDocs, ...docs }, command, person);
   return { docs: { ...docs, ...changed }, changed: Object.keys(changed) };
 }
 
@@ -51,27 +51,27 @@ export function applyCommand(docs, command, person) {
  */
 function change(docs, command, person) {
   if (command.name === 'create_track') return { [command.key]: create(docs, command) };
-  if (command.name === 'restore_track') return { [command.key]: restore(present(docs, command.key)) };
-  const doc = alive(docs, command.key);
+  if (command.name === 'restore_track') return { [command.key]: restore(requireDoc(docs, command.key)) };
+  const doc = requireExisting(docs, command.key);
   if (command.name === 'review_tracks') {
-    const review = needed(command.review, 'review');
-    return Object.fromEntries(touchedKeys(command).map((key) => [key, { ...alive(docs, key), review }]));
+    const review = requireValue(command.review, 'review');
+    return Object.fromEntries(touchedKeys(command).map((key) => [key, { ...requireExisting(docs, key), review }]));
   }
   if (command.name === 'merge') return merge(docs, doc, command);
   if (command.name === 'split') return split(docs, doc, command);
-  return { [doc.key]: alone(doc, command, person) };
+  return { [doc.key]: changeTrack(doc, command, person) };
 }
 
 /** @param {Record<string, TrackDoc>} docs @param {string} key @returns {TrackDoc} */
-function present(docs, key) {
+function requireDoc(docs, key) {
   const doc = docs[key];
   if (!doc) throw new CommandError(`There is no track ${key}.`);
   return doc;
 }
 
 /** @param {Record<string, TrackDoc>} docs @param {string} key @returns {TrackDoc} */
-function alive(docs, key) {
-  const doc = present(docs, key);
+function requireExisting(docs, key) {
+  const doc = requireDoc(docs, key);
   if (doc.gone) throw new CommandError(whyGone(doc));
   return doc;
 }
@@ -99,19 +99,19 @@ function restore(doc) {
  * @param {Person} person
  * @returns {TrackDoc}
  */
-function alone(doc, command, person) {
+function changeTrack(doc, command, person) {
   const { frame } = command;
   switch (command.name) {
     case 'set_box':
-      return withKey(doc, frame, { box: needed(command.box, 'box'), outside: false, followed: false });
+      return withKey(doc, frame, { box: requireValue(command.box, 'box'), outside: false, followed: false });
     case 'add_key':
-      return withKey(doc, frame, { box: needed(command.box, 'box'), followed: false });
+      return withKey(doc, frame, { box: requireValue(command.box, 'box'), followed: false });
     case 'relabel_track':
-      return relabelled(doc, command.class_id ?? null);
+      return relabelTrack(doc, command.class_id ?? null);
     case 'relabel_box':
-      return withKey(doc, frame, { class_id: command.class_id ?? null, ...shown(doc, command) });
+      return withKey(doc, frame, { class_id: command.class_id ?? null, ...visibleBox(doc, command) });
     case 'set_occluded':
-      return withKey(doc, frame, { occluded: command.value === true, ...shown(doc, command) });
+      return withKey(doc, frame, { occluded: command.value === true, ...visibleBox(doc, command) });
     case 'set_outside':
       return setOutside(doc, command);
     case 'set_not_a_sign':
@@ -121,7 +121,7 @@ function alone(doc, command, person) {
     case 'attribute':
       return setAttribute(doc, command);
     case 'set_review':
-      return { ...doc, review: needed(command.review, 'review') };
+      return { ...doc, review: requireValue(command.review, 'review') };
     case 'delete_from':
       return deleteFrom(doc, frame);
     case 'delete_track':
@@ -140,7 +140,7 @@ function alone(doc, command, person) {
         ...doc,
         // a text of another person must not stand under the name of the note's author
         notes: doc.notes.map((n) =>
-          n.id === command.note_id ? { ...n, text: needed(command.text, 'text'), ...(n.author !== person.author && person) } : n,
+          n.id === command.note_id ? { ...n, text: requireValue(command.text, 'text'), ...(n.author !== person.author && person) } : n,
         ),
       };
     case 'remove_note':
@@ -160,7 +160,14 @@ function create(docs, command) {
   const { key, frame } = command;
   if (docs[key]) throw new CommandError(`There is a track ${key} already.`);
   if (!key.startsWith('h')) throw new CommandError('A new track has a key that starts with h.');
-  const first = { box: needed(command.box, 'box'), occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
+  const first = {
+    box: requireValue(command.box, 'box'),
+    occluded: false,
+    outside: false,
+    interpolate: true,
+    class_id: null,
+    followed: false,
+  };
   return { ...blankDoc(key), class_id: command.class_id ?? null, keys: { [frame]: first } };
 }
 
@@ -171,7 +178,7 @@ function create(docs, command) {
  */
 function setIgnore(doc, ignore) {
   const { ignore: _before, ...others } = doc;
-  return { ...others, ...said({ ignore }) };
+  return { ...others, ...nonDefaultFields({ ignore }) };
 }
 
 /**
@@ -181,9 +188,9 @@ function setIgnore(doc, ignore) {
  * @returns {TrackDoc}
  */
 function addNote(doc, command, person) {
-  const id = needed(command.note_id, 'note_id');
+  const id = requireValue(command.note_id, 'note_id');
   if (doc.notes.some((n) => n.id === id)) throw new CommandError('There is a note of that name already.');
-  const note = { id, frame: command.frame, text: needed(command.text, 'text'), ...person };
+  const note = { id, frame: command.frame, text: requireValue(command.text, 'text'), ...person };
   return { ...doc, notes: [...doc.notes, note] };
 }
 

@@ -9,7 +9,7 @@
 export function isCorrected(doc, tracks) {
   const at = doc.key.startsWith('m') && tracks ? tracks.id.indexOf(Number(doc.key.slice(1))) : -1;
   const [piece, ...others] = doc.segments;
-  const whole =
+  const isEngineTrack =
     tracks !== null &&
     at >= 0 &&
     others.length === 0 &&
@@ -17,5 +17,5 @@ export function isCorrected(doc, tracks) {
     piece.track === tracks.id[at] &&
     piece.first <= tracks.first[at] &&
     piece.last >= tracks.last[at];
-  return !whole || doc.gone || doc.class_id !== null || doc.not_a_sign || Object.keys(doc.keys).length > 0;
+  return !isEngineTrack || doc.gone || doc.class_id !== null || doc.not_a_sign || Object.keys(doc.keys).length > 0;
 }

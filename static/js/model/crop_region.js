@@ -6,9 +6,9 @@ import { clamp } from './geometry.js';
 /** @typedef {import('../types.js').Box} Box */
 
 /** Margin on each side, as a share of the boxes' size. */
-const AROUND = 0.4;
+const MARGIN_SHARE = 0.4;
 /** Minimum side of the part, px: a smaller one is only blur. */
-const LEAST = 24;
+const MIN_SIDE_PX = 24;
 
 /**
  * A square around boxes, moved into the picture and limited by its size.
@@ -20,7 +20,7 @@ const LEAST = 24;
 export function cropRegion(boxes, { width, height }) {
   const [x1, y1] = [Math.min(...boxes.map((box) => box[0])), Math.min(...boxes.map((box) => box[1]))];
   const [x2, y2] = [Math.max(...boxes.map((box) => box[2])), Math.max(...boxes.map((box) => box[3]))];
-  const side = Math.ceil(Math.min(width, height, Math.max(LEAST, Math.max(x2 - x1, y2 - y1) * (1 + 2 * AROUND))));
+  const side = Math.ceil(Math.min(width, height, Math.max(MIN_SIDE_PX, Math.max(x2 - x1, y2 - y1) * (1 + 2 * MARGIN_SHARE))));
   const left = clamp(Math.round((x1 + x2 - side) / 2), 0, width - side);
   const top = clamp(Math.round((y1 + y2 - side) / 2), 0, height - side);
   return [left, top, left + side, top + side];
@@ -33,14 +33,14 @@ export function cropRegion(boxes, { width, height }) {
  * @param {Box} region
  * @returns {Record<'left'|'top'|'width'|'height', string>} shares of the region
  */
-export function placeIn(box, region) {
-  const [wide, high] = [region[2] - region[0], region[3] - region[1]];
-  /** @param {number} part @param {number} whole */
-  const share = (part, whole) => `${((100 * part) / whole).toFixed(2)}%`;
+export function cssPosition(box, region) {
+  const [width, height] = [region[2] - region[0], region[3] - region[1]];
+  /** @param {number} part @param {number} total */
+  const share = (part, total) => `${((100 * part) / total).toFixed(2)}%`;
   return {
-    left: share(box[0] - region[0], wide),
-    top: share(box[1] - region[1], high),
-    width: share(box[2] - box[0], wide),
-    height: share(box[3] - box[1], high),
+    left: share(box[0] - region[0], width),
+    top: share(box[1] - region[1], height),
+    width: share(box[2] - box[0], width),
+    height: share(box[3] - box[1], height),
   };
 }

@@ -4,7 +4,7 @@
  *
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {{seq: number, author: string, time: string, keys: readonly string[]}} LogRow
- * @typedef {{author: string, time: string}} Said
+ * @typedef {{author: string, time: string}} LastEdit
  */
 import { isEmpty } from './documents.js';
 import { spanOf } from './effective.js';
@@ -30,11 +30,11 @@ export function deletedTracks(docs, lastOf) {
 /**
  * The author of the last edit of each track. For a deleted track, the person who deleted it.
  *
- * @param {ReadonlyMap<string, Said>} before
+ * @param {ReadonlyMap<string, LastEdit>} before
  * @param {readonly LogRow[]} rows   of the log, after the rows in `before`
- * @returns {Map<string, Said>}
+ * @returns {Map<string, LastEdit>}
  */
-export function lastWords(before, rows) {
+export function lastEdits(before, rows) {
   const found = new Map(before);
   for (const { keys, author, time } of rows) for (const key of keys) found.set(key, { author, time });
   return found;
@@ -47,7 +47,7 @@ export function lastWords(before, rows) {
  * @param {number} last   last frame of the track
  * @returns {{track: number, frame: number}|null}
  */
-export function pictureOf({ segments }, last) {
+export function exampleFrame({ segments }, last) {
   const [piece] = segments;
   return piece ? { track: piece.track, frame: Math.floor((piece.first + Math.max(piece.first, Math.min(piece.last, last))) / 2) } : null;
 }

@@ -71,7 +71,7 @@ export function detailColumns(lane) {
  * @param {number} frame
  * @returns {number} -1: none
  */
-export function placeAt(frames, frame) {
+export function lastIndexAt(frames, frame) {
   let low = 0;
   let high = frames.length;
   while (low < high) {

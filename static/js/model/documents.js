@@ -54,7 +54,7 @@ export function blankDoc(key) {
  * @param {TrackDoc} doc
  * @returns {number|null}
  */
-export function beganAs(doc) {
+export function originTrack(doc) {
   return doc.key.startsWith('m') ? Number(doc.key.slice(1)) : (doc.segments[0]?.track ?? null);
 }
 
@@ -113,12 +113,12 @@ export function prevKey(doc, frame) {
  * @param {number} frame
  * @returns {Box|null}
  */
-export function lineAt(doc, frame) {
+export function keyFrameBoxAt(doc, frame) {
   const frames = keyFramesOf(doc);
   const before = frames.filter((k) => k <= frame).at(-1);
   if (before === undefined || doc.keys[before].outside) return null;
-  const own = doc.keys[before].box;
-  if (before === frame && own !== null) return own;
+  const box = doc.keys[before].box;
+  if (before === frame && box !== null) return box;
   if (!doc.keys[before].interpolate) return null;
   const start = frames.filter((k) => k <= frame && doc.keys[k].box !== null).at(-1);
   const end = frames.find((k) => k > frame && (doc.keys[k].box !== null || doc.keys[k].outside));
@@ -138,7 +138,7 @@ export function lineAt(doc, frame) {
  */
 export function stateOf(key) {
   const { occluded = false, outside = false, interpolate = false, attributes = {} } = key ?? {};
-  return { occluded, outside, interpolate, ...said({ attributes }) };
+  return { occluded, outside, interpolate, ...nonDefaultFields({ attributes }) };
 }
 
 /**
@@ -164,20 +164,20 @@ export function sameAttributes(a = {}, b = {}) {
  * @param {{attributes?: Attributes, ignore?: boolean}} fields
  * @returns {{attributes?: Attributes, ignore?: boolean}}
  */
-export function said({ attributes = {}, ignore = false }) {
+export function nonDefaultFields({ attributes = {}, ignore = false }) {
   return { ...(Object.keys(attributes).length ? { attributes } : {}), ...(ignore ? { ignore } : {}) };
 }
 
 /**
  * The same document or key frame with other attributes.
  * @template {{attributes?: Attributes}} T
- * @param {T} thing
+ * @param {T} item
  * @param {Attributes} attributes
  * @returns {T}
  */
-export function withAttributes(thing, attributes) {
-  const { attributes: _before, ...others } = thing;
-  return /** @type {T} */ ({ ...others, ...said({ attributes }) });
+export function withAttributes(item, attributes) {
+  const { attributes: _before, ...others } = item;
+  return /** @type {T} */ ({ ...others, ...nonDefaultFields({ attributes }) });
 }
 
 /**
@@ -218,10 +218,10 @@ export function withKey(doc, frame, changes) {
 export function showsFrom(doc, frame) {
   const starts = [frame, ...keyFramesOf(doc).filter((k) => k > frame)];
   return starts.some((start, i) => {
-    const held = lastKey(doc, start);
-    if (held !== null && doc.keys[held].outside) return false;
+    const keyBefore = lastKey(doc, start);
+    if (keyBefore !== null && doc.keys[keyBefore].outside) return false;
     const following = starts[i + 1] ?? Infinity;
-    return lineAt(doc, start) !== null || doc.segments.some((s) => s.last >= start && s.first < following);
+    return keyFrameBoxAt(doc, start) !== null || doc.segments.some((s) => s.last >= start && s.first < following);
   });
 }
 
@@ -258,7 +258,7 @@ export function keysWithin(doc, first, last) {
  * @param {number} last
  * @returns {Segment[]}
  */
-export function clip(segments, first, last) {
+export function clipSegments(segments, first, last) {
   return segments
     .map((s) => ({ track: s.track, first: Math.max(s.first, first), last: Math.min(s.last, last) }))
     .filter((s) => s.first <= s.last);

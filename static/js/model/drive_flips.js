@@ -4,20 +4,20 @@
 /**
  * @typedef {import('../types.js').Flips} Flips
  * @typedef {import('../types.js').TrackDoc} TrackDoc
- * @typedef {{key: string, frame: number, flips: number}} Place   a track, the first frame in which a verdict flips, and the number of flips
+ * @typedef {{key: string, frame: number, flips: number}} FlippedTrack   a track, the first frame in which a verdict flips, and the number of flips
  */
 
 /**
- * Places to look at, in frame order. Deleted tracks have none.
+ * Tracks with flipped verdicts, in frame order. Deleted tracks are left out.
  *
  * @param {Flips} flips
  * @param {Record<string, TrackDoc>} docs
- * @returns {Place[]}
+ * @returns {FlippedTrack[]}
  */
-export function flippedPlaces(flips, docs) {
-  const places = flips.tracks.flatMap(({ id, frame, flips: many }) => {
+export function flippedTracks(flips, docs) {
+  const places = flips.tracks.flatMap(({ id, frame, flips: count }) => {
     const key = keyOf(id, frame, docs);
-    return key === null ? [] : [{ key, frame, flips: many }];
+    return key === null ? [] : [{ key, frame, flips: count }];
   });
   return places.sort((a, b) => a.frame - b.frame || (a.key < b.key ? -1 : 1));
 }
@@ -26,12 +26,12 @@ export function flippedPlaces(flips, docs) {
  * The next place after the selected track's last one; after the last place, the first one. If the selected track has no
  * place, the next one in time. A track may have several places, because it may be merged from others.
  *
- * @param {readonly Place[]} places   in frame order
+ * @param {readonly FlippedTrack[]} places   in frame order
  * @param {string|null} selected
  * @param {number} frame   frame of the cursor
- * @returns {Place|null} null: none
+ * @returns {FlippedTrack|null} null: none
  */
-export function nextPlace(places, selected, frame) {
+export function nextFlippedTrack(places, selected, frame) {
   const passed = places.filter((place) => place.key === selected && place.frame <= frame);
   const at = passed.length === 0 ? -1 : places.indexOf(passed[passed.length - 1]);
   const next = at < 0 ? places.find((place) => place.frame > frame) : places[at + 1];

@@ -6,7 +6,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {{box: Box, origin: 'engine'|'corrected'|'interpolated', occluded: boolean, class_id: number|null}} EffectiveBox
  */
-import { OPEN_END, beganAs, keyFramesOf, lastKey, lineAt, nextKey, prevKey } from './documents.js';
+import { OPEN_END, originTrack, keyFramesOf, lastKey, keyFrameBoxAt, nextKey, prevKey } from './documents.js';
 
 export { keyFramesOf, nextKey, prevKey };
 
@@ -15,17 +15,17 @@ export { keyFramesOf, nextKey, prevKey };
  * @param {TrackDoc} doc
  * @param {number} frame
  * @param {(track: number, frame: number) => Box|null} engineBox   the engine's box
- * @param {(track: number) => number|null} [machineClass]           the engine's fused class
+ * @param {(track: number) => number|null} [engineClass]           the engine's fused class
  * @returns {EffectiveBox|null}   `class_id` `NO_CLASS`: given by a person; null: neither a person nor `machineClass` gives one
  */
-export function boxAt(doc, frame, engineBox, machineClass) {
+export function boxAt(doc, frame, engineBox, engineClass) {
   if (doc.gone) return null;
   const before = lastKey(doc, frame);
   const state = before === null ? null : doc.keys[before];
   if (state?.outside) return null;
   const occluded = state?.occluded ?? false;
-  const class_id = labelAt(doc, frame, machineClass);
-  const line = lineAt(doc, frame);
+  const class_id = labelAt(doc, frame, engineClass);
+  const line = keyFrameBoxAt(doc, frame);
   if (line !== null) {
     const origin = before === frame && state?.box ? 'corrected' : 'interpolated';
     return { box: line, origin, occluded, class_id };
@@ -39,23 +39,23 @@ export function boxAt(doc, frame, engineBox, machineClass) {
  * The label of a track in a frame.
  * @param {TrackDoc} doc
  * @param {number} frame
- * @param {(track: number) => number|null} [machineClass]
+ * @param {(track: number) => number|null} [engineClass]
  * @returns {number|null}
  */
-export function labelAt(doc, frame, machineClass) {
-  return doc.keys[frame]?.class_id ?? labelOf(doc, machineClass);
+export function labelAt(doc, frame, engineClass) {
+  return doc.keys[frame]?.class_id ?? labelOf(doc, engineClass);
 }
 
 /**
  * The label of a whole track: a person's, else the label of the engine's track that it began as.
  * @param {TrackDoc} doc
- * @param {(track: number) => number|null} [machineClass]
+ * @param {(track: number) => number|null} [engineClass]
  * @returns {number|null}
  */
-export function labelOf(doc, machineClass) {
+export function labelOf(doc, engineClass) {
   if (doc.class_id !== null) return doc.class_id;
-  const track = beganAs(doc);
-  return track === null ? null : (machineClass?.(track) ?? null);
+  const track = originTrack(doc);
+  return track === null ? null : (engineClass?.(track) ?? null);
 }
 
 /**
@@ -97,13 +97,13 @@ export const shownSpan = (doc, tracks) => spanOf(doc, (id) => tracks?.last[track
  * @returns {TrackDoc|null}   null: none of them exists any more
  */
 export function subjectOf(docs, frame) {
-  const left = docs.filter((doc) => !doc.gone);
-  const here =
+  const existing = docs.filter((doc) => !doc.gone);
+  const atFrame =
     frame === null
       ? undefined
-      : left.find((doc) => {
+      : existing.find((doc) => {
           const span = spanOf(doc);
           return span !== null && span.first <= frame && frame <= span.last;
         });
-  return here ?? left[0] ?? null;
+  return atFrame ?? existing[0] ?? null;
 }

@@ -9,7 +9,7 @@
 import { NO_CLASS, verdictOf } from './documents.js';
 import { isCorrected } from './corrected.js';
 import { labelOf } from './effective.js';
-import { framesIn, shownRuns } from './shown_runs.js';
+import { countFrames, shownSpans } from './shown_spans.js';
 
 export { NO_CLASS };
 
@@ -17,7 +17,7 @@ export { NO_CLASS };
 export const DEFAULT_STATES = /** @type {readonly string[]} */ (['edited', 'accepted', 'rejected']);
 
 /**
- * @typedef {object} Choice   the choices that the export dialog remembers
+ * @typedef {object} ExportChoice   the choices that the export dialog remembers
  * @property {string} format
  * @property {'none'|'annotated'|'all'} pictures
  * @property {string[]} states
@@ -34,8 +34,8 @@ export const DEFAULT_STATES = /** @type {readonly string[]} */ (['edited', 'acce
  * @property {Record<string, Record<string, string>>} switches   by format
  */
 
-/** @type {Choice} */
-export const FIRST_CHOICE = {
+/** @type {ExportChoice} */
+export const DEFAULT_CHOICE = {
   format: 'cvat-video',
   pictures: 'none',
   states: [...DEFAULT_STATES],
@@ -55,36 +55,36 @@ export const FIRST_CHOICE = {
 /**
  * The remembered choice. Invalid fields get their default.
  * @param {string|null} text
- * @returns {Choice}
+ * @returns {ExportChoice}
  */
 export function restoreChoice(text) {
   /** @type {any} */
-  let kept = null;
+  let stored = null;
   try {
-    kept = JSON.parse(text ?? 'null');
+    stored = JSON.parse(text ?? 'null');
   } catch {
     // Not valid JSON: use the defaults.
   }
-  if (kept === null || typeof kept !== 'object') return { ...FIRST_CHOICE };
-  /** @param {unknown} value @param {(item: unknown) => boolean} fits */
-  const list = (value, fits) => Array.isArray(value) && value.every(fits);
-  const text_ = (/** @type {unknown} */ item) => typeof item === 'string';
+  if (stored === null || typeof stored !== 'object') return { ...DEFAULT_CHOICE };
+  /** @param {unknown} value @param {(item: unknown) => boolean} isValid */
+  const isListOf = (value, isValid) => Array.isArray(value) && value.every(isValid);
+  const isText = (/** @type {unknown} */ item) => typeof item === 'string';
   return {
-    format: text_(kept.format) ? kept.format : FIRST_CHOICE.format,
-    pictures: ['none', 'annotated', 'all'].includes(kept.pictures) ? kept.pictures : 'none',
+    format: isText(stored.format) ? stored.format : DEFAULT_CHOICE.format,
+    pictures: ['none', 'annotated', 'all'].includes(stored.pictures) ? stored.pictures : 'none',
     // a choice from before label sets does not name edited tracks; they were exported together with open ones
-    states: 'labels' in kept && list(kept.states, text_) && kept.states.length ? kept.states : [...DEFAULT_STATES],
-    labels: list(kept.labels, text_) ? kept.labels : null,
-    not_in_set: ['ignore', 'class'].includes(kept.not_in_set) ? kept.not_in_set : 'leave-out',
-    class_map: kept.class_map === 'used' ? 'used' : 'all',
-    balance: kept.balance === true,
-    min_side: text_(kept.min_side) ? kept.min_side : '',
-    split: kept.split === true,
-    shares: list(kept.shares, text_) && kept.shares.length === 3 ? kept.shares : [...FIRST_CHOICE.shares],
-    split_by: kept.split_by === 'video' ? 'video' : 'sign',
-    seed: text_(kept.seed) ? kept.seed : '0',
-    thin_px: text_(kept.thin_px) ? kept.thin_px : '0.5',
-    switches: kept.switches !== null && typeof kept.switches === 'object' && !Array.isArray(kept.switches) ? kept.switches : {},
+    states: 'labels' in stored && isListOf(stored.states, isText) && stored.states.length ? stored.states : [...DEFAULT_STATES],
+    labels: isListOf(stored.labels, isText) ? stored.labels : null,
+    not_in_set: ['ignore', 'class'].includes(stored.not_in_set) ? stored.not_in_set : 'leave-out',
+    class_map: stored.class_map === 'used' ? 'used' : 'all',
+    balance: stored.balance === true,
+    min_side: isText(stored.min_side) ? stored.min_side : '',
+    split: stored.split === true,
+    shares: isListOf(stored.shares, isText) && stored.shares.length === 3 ? stored.shares : [...DEFAULT_CHOICE.shares],
+    split_by: stored.split_by === 'video' ? 'video' : 'sign',
+    seed: isText(stored.seed) ? stored.seed : '0',
+    thin_px: isText(stored.thin_px) ? stored.thin_px : '0.5',
+    switches: stored.switches !== null && typeof stored.switches === 'object' && !Array.isArray(stored.switches) ? stored.switches : {},
   };
 }
 
@@ -95,7 +95,7 @@ export function restoreChoice(text) {
  * @param {{name: string, low: number, high: number, whole?: boolean, empty?: number|null}} rule   empty: the value of an empty field
  * @returns {{value: number|null}|{error: string}}
  */
-export function numberIn(text, { name, low, high, whole = false, empty }) {
+export function parseNumber(text, { name, low, high, whole = false, empty }) {
   const trimmed = text.trim();
   if (trimmed === '' && empty !== undefined) return { value: empty };
   const value = /^[+-]?(\d+\.?\d*|\.\d+)$/.test(trimmed) ? Number(trimmed) : NaN;
@@ -106,7 +106,7 @@ export function numberIn(text, { name, low, high, whole = false, empty }) {
 }
 
 /**
- * @typedef {object} Out   the amount that is exported
+ * @typedef {object} ExportCounts   the amount that is exported
  * @property {number} tracks
  * @property {number} boxes       upper bound
  * @property {number} rejected    false positives, which are exported separately
@@ -122,24 +122,24 @@ export function numberIn(text, { name, low, high, whole = false, empty }) {
  * @param {TrackColumns} tracks
  * @param {readonly TrackDoc[]} docs
  * @param {{states: readonly string[], labels: ReadonlySet<number>|null, notInSet: string, first: number, last: number}} rule   labels: ids; last: inclusive
- * @param {(id: number) => number} stands   maps the id of a merged label to the label that replaces it
- * @returns {Out}
+ * @param {(id: number) => number} resolveLabel   maps the id of a merged label to the label that replaces it
+ * @returns {ExportCounts}
  */
-export function countOut(tracks, docs, { states, labels, notInSet, first, last }, stands = (id) => id) {
-  const at = new Map(tracks.id.map((id, place) => [id, place]));
+export function countExported(tracks, docs, { states, labels, notInSet, first, last }, resolveLabel = (id) => id) {
+  const at = new Map(tracks.id.map((id, column) => [id, column]));
   const touched = new Set(docs.map(({ key }) => key));
-  /** @type {Out} */
+  /** @type {ExportCounts} */
   const total = { tracks: 0, boxes: 0, rejected: 0, open: 0, unlabelled: 0, byLabel: new Map() };
 
   /** @param {string} state @param {number|null} class_id @param {readonly Span[]} runs @param {number} share   share of their frames that have a box */
   function add(state, class_id, runs, share) {
-    const boxes = framesIn(runs, first, last);
+    const boxes = countFrames(runs, first, last);
     if (boxes === 0) return;
     if (!states.includes(state) && !(state === 'edited' && states.includes('open'))) {
       if (state === 'open' || state === 'edited') total.open += 1;
       return;
     }
-    const label = stands(class_id ?? NO_CLASS);
+    const label = resolveLabel(class_id ?? NO_CLASS);
     if (state === 'rejected') {
       if (labels === null || labels.has(label)) total.rejected += 1;
       return;
@@ -153,13 +153,13 @@ export function countOut(tracks, docs, { states, labels, notInSet, first, last }
     total.byLabel.set(label, (total.byLabel.get(label) ?? 0) + 1);
   }
 
-  tracks.id.forEach((id, place) => {
+  tracks.id.forEach((id, column) => {
     if (touched.has(`m${id}`)) return;
-    const [from, to] = [tracks.first[place], tracks.last[place]];
-    add('open', tracks.class_id[place], [[from, to]], tracks.frames[place] / (to - from + 1));
+    const [from, to] = [tracks.first[column], tracks.last[column]];
+    add('open', tracks.class_id[column], [[from, to]], tracks.frames[column] / (to - from + 1));
   });
   for (const doc of docs) {
-    const runs = shownRuns(doc, (id) => tracks.last[at.get(id) ?? -1] ?? null);
+    const runs = shownSpans(doc, (id) => tracks.last[at.get(id) ?? -1] ?? null);
     const verdict = verdictOf(doc);
     const edited = verdict === 'open' && (isCorrected(doc, tracks) || doc.attributes !== undefined);
     add(
@@ -172,7 +172,7 @@ export function countOut(tracks, docs, { states, labels, notInSet, first, last }
   return total;
 }
 
-const ENDINGS = [
+const VIDEO_EXTENSIONS = [
   'mp4',
   'm4v',
   'mov',
@@ -201,8 +201,8 @@ const ENDINGS = [
   'webp',
 ];
 /** Video files for a file dialog. Includes endings, because browsers do not know all types. */
-export const VIDEO_FILES = ['video/*', ...ENDINGS.map((ending) => `.${ending}`)].join();
+export const VIDEO_FILES = ['video/*', ...VIDEO_EXTENSIONS.map((ending) => `.${ending}`)].join();
 
 /** Whether a file is a video, by type or name; other files are datasets. @param {{name: string, type?: string}} file */
 export const isVideoFile = (file) =>
-  ENDINGS.includes(file.name.split('.').pop()?.toLowerCase() ?? '') || (file.type ?? '').startsWith('video/');
+  VIDEO_EXTENSIONS.includes(file.name.split('.').pop()?.toLowerCase() ?? '') || (file.type ?? '').startsWith('video/');

@@ -5,9 +5,9 @@
  */
 
 /** A sign whose first box is this wide may have been visible before, px. */
-const WIDE = 20;
+const MIN_WIDTH_PX = 20;
 /** A box closer than this to the picture's edge is leaving the picture, px. */
-const EDGE = 4;
+const EDGE_MARGIN_PX = 4;
 
 /**
  * @param {import('../types.js').TrackColumns|null} tracks
@@ -20,10 +20,11 @@ export function extendHint(tracks, entry, { width, height, frames }) {
   const first = tracks.first_box?.[entry.column] ?? null;
   const last = tracks.last_box?.[entry.column] ?? null;
   /** @param {import('../types.js').Box} box */
-  const isInside = ([x1, y1, x2, y2]) => x1 > EDGE && y1 > EDGE && x2 < width - EDGE && y2 < height - EDGE;
-  const words = [];
-  if (first && entry.first > 0 && first[2] - first[0] >= WIDE && isInside(first))
-    words.push(`Begins ${Math.round(first[2] - first[0])} px wide, perhaps too late (, looks further back).`);
-  if (last && entry.last < frames - 1 && isInside(last)) words.push('Ends inside the picture, perhaps too early (. looks further on).');
-  return words.join(' ');
+  const isInside = ([x1, y1, x2, y2]) =>
+    x1 > EDGE_MARGIN_PX && y1 > EDGE_MARGIN_PX && x2 < width - EDGE_MARGIN_PX && y2 < height - EDGE_MARGIN_PX;
+  const hints = [];
+  if (first && entry.first > 0 && first[2] - first[0] >= MIN_WIDTH_PX && isInside(first))
+    hints.push(`Begins ${Math.round(first[2] - first[0])} px wide, perhaps too late (, looks further back).`);
+  if (last && entry.last < frames - 1 && isInside(last)) hints.push('Ends inside the picture, perhaps too early (. looks further on).');
+  return hints.join(' ');
 }

@@ -14,7 +14,7 @@ export function focusPoint(run, video) {
 }
 
 /** @param {Run} run @returns {string|null} the focus in words; null: not known */
-export function focusWords(run) {
+export function describeFocus(run) {
   const focus = run.summary.focus;
   return focus ? `${focus.y.toFixed(3)} of the height, ${focus.named ? 'as it was named' : 'estimated from the drive'}` : null;
 }

@@ -30,14 +30,14 @@
 import { keyFramesOf } from './documents.js';
 
 /** Maximum difference between accepted and proposed boxes at each edge, px. */
-const TOLERANCE = 0.5;
+const TOLERANCE_PX = 0.5;
 
 /**
- * @param {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>} asked
+ * @param {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>} request
  * @returns {Following}
  */
-export const newFollowing = (asked) => ({
-  ...asked,
+export const newFollowing = (request) => ({
+  ...request,
   id: null,
   state: 'queued',
   error: null,
@@ -47,7 +47,7 @@ export const newFollowing = (asked) => ({
   from: null,
   to: null,
   proposals: Object.fromEntries(
-    asked.anchors.map(({ frame, box }) => [frame, { box, confidence: 1, source: /** @type {const} */ ('anchor') }]),
+    request.anchors.map(({ frame, box }) => [frame, { box, confidence: 1, source: /** @type {const} */ ('anchor') }]),
   ),
 });
 
@@ -73,14 +73,14 @@ export function withAnswer(following, answer) {
 }
 
 /** Whether more may come. @param {Following} following */
-export const isUnderWay = ({ state }) => state === 'queued' || state === 'running';
+export const isInProgress = ({ state }) => state === 'queued' || state === 'running';
 
 /**
  * The frames that would be accepted: those around the anchors up to the first gap, without those cut off.
  * @param {Following} following
  * @returns {{first: number, last: number}}
  */
-export function takenSpan({ anchors, proposals, from, to }) {
+export function acceptedSpan({ anchors, proposals, from, to }) {
   let first = Math.max(anchors[0].frame, from ?? 0);
   let last = Math.min(anchors[anchors.length - 1].frame, to ?? Infinity);
   while (proposals[first - 1] && (from === null || first - 1 >= from)) first -= 1;
@@ -90,27 +90,27 @@ export function takenSpan({ anchors, proposals, from, to }) {
 
 /** The proposal of a frame, if it would be accepted. @param {Following} following @param {number} frame @returns {Proposal|null} */
 export function proposalAt(following, frame) {
-  const { first, last } = takenSpan(following);
+  const { first, last } = acceptedSpan(following);
   return first <= frame && frame <= last ? (following.proposals[frame] ?? null) : null;
 }
 
 /** Number of frames that would be accepted besides the anchors. @param {Following} following */
-export function framesFollowed(following) {
-  const { first, last } = takenSpan(following);
+export function proposedFrameCount(following) {
+  const { first, last } = acceptedSpan(following);
   return last - first + 1 - following.anchors.filter(({ frame }) => first <= frame && frame <= last).length;
 }
 
 /**
  * Cut off the proposals before or after a frame; anchors always stay.
  * @param {Following} following
- * @param {'from'|'to'} side
+ * @param {'from'|'to'} end
  * @param {number} frame
  * @returns {Following}
  */
-export function withCut(following, side, frame) {
+export function withCut(following, end, frame) {
   const { anchors } = following;
-  const kept = side === 'from' ? Math.min(frame, anchors[anchors.length - 1].frame) : Math.max(frame, anchors[0].frame);
-  return { ...following, [side]: kept };
+  const limit = end === 'from' ? Math.min(frame, anchors[anchors.length - 1].frame) : Math.max(frame, anchors[0].frame);
+  return { ...following, [end]: limit };
 }
 
 /**
@@ -120,17 +120,17 @@ export function withCut(following, side, frame) {
  * @param {number} [tolerance]   px at each edge
  * @returns {{frame: number, box: Box}[]}
  */
-export function thinned(boxes, must, tolerance = TOLERANCE) {
+export function thinBoxes(boxes, must, tolerance = TOLERANCE_PX) {
   if (boxes.length === 0) return [];
-  const kept = [boxes[0]];
-  let at = 0;
-  while (at < boxes.length - 1) {
-    let reach = at + 1;
-    while (reach + 1 < boxes.length && !must.has(boxes[reach].frame) && isNear(boxes, at, reach + 1, tolerance)) reach += 1;
-    kept.push(boxes[reach]);
-    at = reach;
+  const thinned = [boxes[0]];
+  let index = 0;
+  while (index < boxes.length - 1) {
+    let next = index + 1;
+    while (next + 1 < boxes.length && !must.has(boxes[next].frame) && isNear(boxes, index, next + 1, tolerance)) next += 1;
+    thinned.push(boxes[next]);
+    index = next;
   }
-  return kept;
+  return thinned;
 }
 
 /**
@@ -156,12 +156,12 @@ function isNear(boxes, a, b, tolerance) {
  * @returns {Command|null} null: there are only anchors
  */
 export function acceptCommand(following, frame) {
-  if (framesFollowed(following) === 0) return null;
-  const { first, last } = takenSpan(following);
+  if (proposedFrameCount(following) === 0) return null;
+  const { first, last } = acceptedSpan(following);
   const must = new Set(following.anchors.map((anchor) => anchor.frame));
   const dense = [];
   for (let k = first; k <= last; k += 1) if (following.proposals[k]) dense.push({ frame: k, box: following.proposals[k].box });
-  const boxes = thinned(dense, must).map((kept) => ({ ...kept, anchor: must.has(kept.frame) }));
+  const boxes = thinBoxes(dense, must).map((thinned) => ({ ...thinned, anchor: must.has(thinned.frame) }));
   return boxes.some(({ anchor }) => anchor) ? { name: 'follow', frame, key: following.key, boxes } : null;
 }
 
@@ -172,14 +172,15 @@ export function acceptCommand(following, frame) {
  * @param {number} frame
  * @returns {{before: FollowAnchor|null, after: FollowAnchor|null}}
  */
-export function neighbours(doc, frame) {
-  const own = doc === null ? [] : keyFramesOf(doc).filter((k) => doc.keys[k].box !== null && !doc.keys[k].followed && !doc.keys[k].outside);
+export function anchorsAround(doc, frame) {
+  const frames =
+    doc === null ? [] : keyFramesOf(doc).filter((k) => doc.keys[k].box !== null && !doc.keys[k].followed && !doc.keys[k].outside);
   /** @param {number|undefined} k @returns {FollowAnchor|null} */
   const anchor = (k) => {
     const box = doc !== null && k !== undefined ? doc.keys[k].box : null;
     return box && k !== undefined ? { frame: k, box } : null;
   };
-  return { before: anchor(own.filter((k) => k < frame).at(-1)), after: anchor(own.find((k) => k > frame)) };
+  return { before: anchor(frames.filter((k) => k < frame).at(-1)), after: anchor(frames.find((k) => k > frame)) };
 }
 
 /**
@@ -188,14 +189,14 @@ export function neighbours(doc, frame) {
  * @param {number} frame
  * @returns {{first: number, last: number|null}}
  */
-export function reachOf(doc, frame) {
+export function followRange(doc, frame) {
   let first = 0;
   /** @type {number|null} */ let last = null;
   const frames = doc === null ? [] : keyFramesOf(doc);
   frames.forEach((k, i) => {
     if (!doc?.keys[k].outside) return;
-    const back = frames[i + 1] ?? Infinity;
-    if (back <= frame) first = Math.max(first, back);
+    const visibleAgain = frames[i + 1] ?? Infinity;
+    if (visibleAgain <= frame) first = Math.max(first, visibleAgain);
     else if (k > frame && last === null) last = k - 1;
   });
   return { first, last };
@@ -210,16 +211,16 @@ export function reachOf(doc, frame) {
  * @returns {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>}
  */
 export function requestFrom(doc, key, anchor, only) {
-  const reach = reachOf(doc, anchor.frame);
-  const { before, after } = neighbours(doc, anchor.frame);
-  const earlier = only === 'forward' || (before && before.frame < reach.first) ? null : before;
-  const later = only === 'backward' || (after && reach.last !== null && after.frame > reach.last) ? null : after;
+  const range = followRange(doc, anchor.frame);
+  const { before, after } = anchorsAround(doc, anchor.frame);
+  const earlier = only === 'forward' || (before && before.frame < range.first) ? null : before;
+  const later = only === 'backward' || (after && range.last !== null && after.frame > range.last) ? null : after;
   return {
     key,
     only,
     anchors: [earlier, anchor, later].flatMap((one) => (one ? [one] : [])),
-    first: earlier ? earlier.frame : reach.first,
-    last: later ? later.frame : reach.last,
+    first: earlier ? earlier.frame : range.first,
+    last: later ? later.frame : range.last,
   };
 }
 
@@ -241,13 +242,13 @@ export function requestWith({ key, anchors, only, first, last }, anchor) {
  * @param {string} name   name of the track, as shown
  * @returns {string}
  */
-export function followingWords(following, name) {
+export function describeFollowing(following, name) {
   if (following.state === 'failed' || following.state === 'cancelled')
     return `Track ${name} could not be followed: ${following.error ?? 'it was stopped.'}`;
-  const { first, last } = takenSpan(following);
-  const frames = framesFollowed(following);
+  const { first, last } = acceptedSpan(following);
+  const frames = proposedFrameCount(following);
   const span = frames === 0 ? '' : `frames ${first} to ${last}, ${frames} new`;
-  if (isUnderWay(following)) return `Following track ${name}${span ? `: ${span}` : ''}${following.note && ` · ${following.note}`}`;
+  if (isInProgress(following)) return `Following track ${name}${span ? `: ${span}` : ''}${following.note && ` · ${following.note}`}`;
   const why = following.endings.map(({ sentence }) => sentence).join(' ');
   return `${span ? `Proposal for track ${name}: ${span}.` : `Track ${name} is not found in another frame.`}${why ? ` ${why}` : ''}`;
 }

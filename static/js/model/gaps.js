@@ -9,21 +9,21 @@
  * @param {number} width
  * @param {number} count                       number of marks
  * @param {(i: number) => number} markAt       their places, ascending
- * @param {number} reach                       extent of a mark to each side
+ * @param {number} markRadius                       extent of a mark to each side
  * @returns {number|null} its start; null: nowhere
  */
-export function firstGap(from, to, width, count, markAt, reach) {
+export function firstGap(from, to, width, count, markAt, markRadius) {
   let low = 0;
   for (let high = count; low < high;) {
     const middle = (low + high) >> 1;
-    if (markAt(middle) + reach <= from) low = middle + 1;
+    if (markAt(middle) + markRadius <= from) low = middle + 1;
     else high = middle;
   }
   let at = from;
   for (let i = low; i < count && at + width <= to; i += 1) {
     const mark = markAt(i);
-    if (mark - reach >= at + width) break;
-    at = Math.max(at, mark + reach);
+    if (mark - markRadius >= at + width) break;
+    at = Math.max(at, mark + markRadius);
   }
   return at + width <= to ? at : null;
 }

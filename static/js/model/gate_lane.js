@@ -4,8 +4,8 @@
 /** @typedef {import('../types.js').TrackLane} TrackLane */
 
 /** Values outside are drawn at the edge of the axis. */
-const LOWEST = 0.01;
-const HIGHEST = 1e5;
+const MIN_AXIS_VALUE = 0.01;
+const MAX_AXIS_VALUE = 1e5;
 
 /**
  * Whether the verdict at an index of the lane would flip at `tau`.
@@ -53,8 +53,8 @@ export function logDomain(lane, tau) {
     low = Math.min(low, value);
     high = Math.max(high, value);
   }
-  low = Math.max(low, LOWEST);
-  high = Math.min(high, HIGHEST);
+  low = Math.max(low, MIN_AXIS_VALUE);
+  high = Math.min(high, MAX_AXIS_VALUE);
   return { low: 10 ** Math.floor(Math.log10(low)), high: 10 ** Math.ceil(Math.log10(high)) };
 }
 
@@ -65,7 +65,7 @@ export function logDomain(lane, tau) {
  * @param {{low: number, high: number}} domain
  * @returns {number} 0 at the bottom, 1 at the top; values outside are at the edge, and so is zero
  */
-export function logPlace(value, domain) {
+export function logPosition(value, domain) {
   if (!(value > domain.low)) return 0;
   if (value >= domain.high) return 1;
   return Math.log(value / domain.low) / Math.log(domain.high / domain.low);
@@ -74,11 +74,11 @@ export function logPlace(value, domain) {
 /**
  * The inverse of `logPlace`, rounded to three digits, as tau is shown and typed.
  *
- * @param {number} place
+ * @param {number} position
  * @param {{low: number, high: number}} domain
  * @returns {number}
  */
-export function logValue(place, domain) {
-  const inside = Math.min(1, Math.max(0, place));
+export function valueAtLogPosition(position, domain) {
+  const inside = Math.min(1, Math.max(0, position));
   return Number((domain.low * (domain.high / domain.low) ** inside).toPrecision(3));
 }

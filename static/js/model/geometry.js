@@ -9,7 +9,7 @@
  */
 
 /** Minimum side of a drawn box, px. */
-export const LEAST = 2;
+export const MIN_BOX_SIDE_PX = 2;
 const HANDLES = /** @type {const} */ ([
   ['nw', 0, 0],
   ['n', 0.5, 0],
@@ -22,32 +22,32 @@ const HANDLES = /** @type {const} */ ([
 ]);
 
 /** Screen px per picture px horizontally. @param {Viewport} view */
-export const across = ({ zoom, stretch = 1 }) => zoom * stretch;
+export const scaleX = ({ zoom, stretch = 1 }) => zoom * stretch;
 
 /** @param {Viewport} view @param {Size} screen @param {number} x @param {number} y @returns {[number, number]} picture point */
 export const toPicture = (view, screen, x, y) => [
-  (x - screen.width / 2) / across(view) + view.x,
+  (x - screen.width / 2) / scaleX(view) + view.x,
   (y - screen.height / 2) / view.zoom + view.y,
 ];
 
 /** @param {Viewport} view @param {Size} screen @param {number} x @param {number} y @returns {[number, number]} screen point */
 export const toScreen = (view, screen, x, y) => [
-  (x - view.x) * across(view) + screen.width / 2,
+  (x - view.x) * scaleX(view) + screen.width / 2,
   (y - view.y) * view.zoom + screen.height / 2,
 ];
 
 /** The shape of pixels for a view; empty if they are square. @param {{stretch?: number}} shape @returns {{stretch?: number}} */
-const stretched = ({ stretch }) => (stretch === undefined || stretch === 1 ? {} : { stretch });
+const pixelShape = ({ stretch }) => (stretch === undefined || stretch === 1 ? {} : { stretch });
 
 /** The size of a video's pictures, and the shape of their pixels. @param {import('../types.js').Video|undefined} video @returns {Size} */
-export const sizeOf = (video) => ({ width: video?.width ?? 1, height: video?.height ?? 1, ...stretched({ stretch: video?.pixel_ratio }) });
+export const sizeOf = (video) => ({ width: video?.width ?? 1, height: video?.height ?? 1, ...pixelShape({ stretch: video?.pixel_ratio }) });
 
 /** The whole picture in view. @param {Size} picture @param {Size} screen @returns {Viewport} */
 export const fit = (picture, screen) => ({
   zoom: Math.max(0.01, Math.min(screen.width / (picture.width * (picture.stretch ?? 1)), screen.height / picture.height)),
   x: picture.width / 2,
   y: picture.height / 2,
-  ...stretched(picture),
+  ...pixelShape(picture),
 });
 
 /**
@@ -61,17 +61,17 @@ export const fit = (picture, screen) => ({
  * @returns {Viewport}
  */
 export function zoomAt(view, screen, picture, factor, x, y) {
-  const least = fit(picture, screen).zoom * 0.5;
-  const zoom = Math.min(64, Math.max(Math.min(least, 1), view.zoom * factor));
+  const minZoom = fit(picture, screen).zoom * 0.5;
+  const zoom = Math.min(64, Math.max(Math.min(minZoom, 1), view.zoom * factor));
   const [px, py] = toPicture(view, screen, x, y);
-  return bounded(
-    { ...view, zoom, x: px - (x - screen.width / 2) / across({ ...view, zoom }), y: py - (y - screen.height / 2) / zoom },
+  return clampView(
+    { ...view, zoom, x: px - (x - screen.width / 2) / scaleX({ ...view, zoom }), y: py - (y - screen.height / 2) / zoom },
     picture,
   );
 }
 
 /** Keep some of the picture in view. @param {Viewport} view @param {Size} picture @returns {Viewport} */
-export const bounded = (view, picture) => ({
+export const clampView = (view, picture) => ({
   ...view,
   x: Math.min(picture.width, Math.max(0, view.x)),
   y: Math.min(picture.height, Math.max(0, view.y)),
@@ -84,11 +84,11 @@ export const bounded = (view, picture) => ({
  * @param {Box} box
  * @returns {Viewport} the same object if the centre of the box is visible and the box fits
  */
-export function revealed(view, screen, box) {
+export function panToBox(view, screen, box) {
   const [x, y] = [(box[0] + box[2]) / 2, (box[1] + box[3]) / 2];
-  const inside = Math.abs(x - view.x) * across(view) < 0.45 * screen.width && Math.abs(y - view.y) * view.zoom < 0.45 * screen.height;
-  const most = 0.8 * Math.min(screen.width / ((box[2] - box[0]) * (view.stretch ?? 1)), screen.height / (box[3] - box[1]));
-  return inside && view.zoom <= most ? view : { ...view, zoom: Math.min(view.zoom, most), x, y };
+  const inside = Math.abs(x - view.x) * scaleX(view) < 0.45 * screen.width && Math.abs(y - view.y) * view.zoom < 0.45 * screen.height;
+  const maxZoom = 0.8 * Math.min(screen.width / ((box[2] - box[0]) * (view.stretch ?? 1)), screen.height / (box[3] - box[1]));
+  return inside && view.zoom <= maxZoom ? view : { ...view, zoom: Math.min(view.zoom, maxZoom), x, y };
 }
 
 /**
@@ -98,11 +98,11 @@ export function revealed(view, screen, box) {
  * @param {Size} picture
  * @returns {Viewport}
  */
-export const zoomedTo = (box, side, picture) => ({
+export const zoomToBox = (box, side, picture) => ({
   zoom: Math.min(16, side / Math.max((box[2] - box[0]) * (picture.stretch ?? 1), box[3] - box[1], 1)),
   x: (box[0] + box[2]) / 2,
   y: (box[1] + box[3]) / 2,
-  ...stretched(picture),
+  ...pixelShape(picture),
 });
 
 /** @param {Box} box @param {number} x @param {number} y */
@@ -124,17 +124,17 @@ export function iou(a, b) {
  * @param {Box} box
  * @param {number} x
  * @param {number} y
- * @param {number} reach   px vertically
+ * @param {number} radius   px vertically
  * @param {number} [stretch]   factor on horizontal distances
  * @returns {Handle|null}
  */
-export function handleAt(box, x, y, reach, stretch = 1) {
+export function handleAt(box, x, y, radius, stretch = 1) {
   let best = null;
   // in a small box the handles leave the middle free, so that the box can be moved
-  let least = contains(box, x, y) ? Math.min(reach, Math.min((box[2] - box[0]) * stretch, box[3] - box[1]) / 4) : reach;
+  let minDistance = contains(box, x, y) ? Math.min(radius, Math.min((box[2] - box[0]) * stretch, box[3] - box[1]) / 4) : radius;
   for (const [name, u, v] of HANDLES) {
     const distance = Math.max(Math.abs(x - (box[0] + u * (box[2] - box[0]))) * stretch, Math.abs(y - (box[1] + v * (box[3] - box[1]))));
-    if (distance <= least) [best, least] = [name, distance - (name.length === 2 ? 1e-9 : 0)];
+    if (distance <= minDistance) [best, minDistance] = [name, distance - (name.length === 2 ? 1e-9 : 0)];
   }
   return best ?? (contains(box, x, y) ? 'move' : null);
 }
@@ -150,18 +150,18 @@ export const handlesOf = ([x1, y1, x2, y2]) => HANDLES.map(([name, u, v]) => [na
  * @param {number} dy
  * @returns {Box}
  */
-export function dragged(box, handle, dx, dy) {
+export function dragHandle(box, handle, dx, dy) {
   if (handle === 'move') return [box[0] + dx, box[1] + dy, box[2] + dx, box[3] + dy];
   const moved = /** @type {Box} */ ([...box]);
   if (handle.includes('w')) moved[0] += dx;
   if (handle.includes('e')) moved[2] += dx;
   if (handle.includes('n')) moved[1] += dy;
   if (handle.includes('s')) moved[3] += dy;
-  return ordered(moved);
+  return orderCorners(moved);
 }
 
 /** A box from two corners in any order. @param {Box} corners @returns {Box} */
-export const ordered = ([a, b, c, d]) => [Math.min(a, c), Math.min(b, d), Math.max(a, c), Math.max(b, d)];
+export const orderCorners = ([a, b, c, d]) => [Math.min(a, c), Math.min(b, d), Math.max(a, c), Math.max(b, d)];
 
 /**
  * A box inside the picture, no smaller than `LEAST`, rounded to tenths of a pixel.
@@ -169,22 +169,22 @@ export const ordered = ([a, b, c, d]) => [Math.min(a, c), Math.min(b, d), Math.m
  * @param {Size} picture
  * @returns {Box}
  */
-export function settled(box, picture) {
-  /** @param {number} low @param {number} high @param {number} most @returns {[number, number]} */
-  const side = (low, high, most) => {
-    const a = Math.min(Math.max(0, low), most - LEAST);
-    return [round(a), round(Math.max(a + LEAST, Math.min(most, high)))];
+export function normalizeBox(box, picture) {
+  /** @param {number} low @param {number} high @param {number} max @returns {[number, number]} */
+  const normalizeEdges = (low, high, max) => {
+    const a = Math.min(Math.max(0, low), max - MIN_BOX_SIDE_PX);
+    return [round(a), round(Math.max(a + MIN_BOX_SIDE_PX, Math.min(max, high)))];
   };
-  const [x1, x2] = side(box[0], box[2], picture.width);
-  const [y1, y2] = side(box[1], box[3], picture.height);
+  const [x1, x2] = normalizeEdges(box[0], box[2], picture.width);
+  const [y1, y2] = normalizeEdges(box[1], box[3], picture.height);
   return [x1, y1, x2, y2];
 }
 
 /** A box moved as a whole, limited to the picture. @param {Box} box @param {number} dx @param {number} dy @param {Size} picture @returns {Box} */
-export function nudged(box, dx, dy, picture) {
+export function moveBox(box, dx, dy, picture) {
   const x = Math.min(Math.max(dx, -box[0]), picture.width - box[2]);
   const y = Math.min(Math.max(dy, -box[1]), picture.height - box[3]);
-  return settled([box[0] + x, box[1] + y, box[2] + x, box[3] + y], picture);
+  return normalizeBox([box[0] + x, box[1] + y, box[2] + x, box[3] + y], picture);
 }
 
 /** @param {number} value */

@@ -6,7 +6,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {[number, number]} Span   first and last frame, both included
  */
-import { OPEN_END, keyFramesOf, lineAt, sameState, stateOf, withAttributes } from './documents.js';
+import { OPEN_END, keyFramesOf, keyFrameBoxAt, sameState, stateOf, withAttributes } from './documents.js';
 
 /**
  * `doc` with the frames of `other` that it does not have itself. Attributes of the whole tracks are merged; those of
@@ -16,43 +16,44 @@ import { OPEN_END, keyFramesOf, lineAt, sameState, stateOf, withAttributes } fro
  * @returns {TrackDoc}
  */
 export function join(doc, other) {
-  doc = anchored(doc);
-  other = anchored(other);
+  doc = withLineEnds(doc);
+  other = withLineEnds(other);
   /** @type {Record<string, KeyFrame>} */
   const keys = { ...doc.keys };
   const pieces = [...doc.segments];
-  for (const [first, last] of without(spans(other), spans(doc))) {
+  for (const [first, last] of subtractSpans(documentSpans(other), documentSpans(doc))) {
     for (const s of other.segments) {
       if (s.first <= last && first <= s.last) {
         pieces.push({ track: s.track, first: Math.max(s.first, first), last: Math.min(s.last, last) });
       }
     }
-    const held = stateAt(keys, first - 1);
-    if (endLine(keys, first - 1)) held.interpolate = false;
-    const after = { ...stateAt(doc.keys, last + 1), interpolate: false };
+    const stateBefore = stateAt(keys, first - 1);
+    if (endInterpolation(keys, first - 1)) stateBefore.interpolate = false;
+    const stateAfter = { ...stateAt(doc.keys, last + 1), interpolate: false };
     /** @type {Record<string, KeyFrame>} */
-    const given = {};
-    for (const k of keyFramesOf(other)) if (first <= k && k <= last) given[k] = other.keys[k];
-    if (!(first in given)) {
-      const line = lineAt(other, first);
+    const joinedKeys = {};
+    for (const k of keyFramesOf(other)) if (first <= k && k <= last) joinedKeys[k] = other.keys[k];
+    if (!(first in joinedKeys)) {
+      const line = keyFrameBoxAt(other, first);
       const start = stateAt(other.keys, first);
-      if (line !== null || !sameState(start, held)) given[first] = { box: line, ...start, class_id: null, followed: false };
+      if (line !== null || !sameState(start, stateBefore)) joinedKeys[first] = { box: line, ...start, class_id: null, followed: false };
     }
-    const edge = lineAt(other, last); // a cut line must end at its interpolated box
-    if (edge !== null && !(last in given)) given[last] = { box: edge, ...stateAt(other.keys, last), class_id: null, followed: false };
-    endLine(given, Infinity);
+    const edge = keyFrameBoxAt(other, last); // a cut line must end at its interpolated box
+    if (edge !== null && !(last in joinedKeys))
+      joinedKeys[last] = { box: edge, ...stateAt(other.keys, last), class_id: null, followed: false };
+    endInterpolation(joinedKeys, Infinity);
     for (const k of Object.keys(keys)) if (first <= Number(k) && Number(k) <= last) delete keys[k];
-    Object.assign(keys, given);
-    const changed = !sameState(stateAt(keys, last + 1), after);
-    if (!(last + 1 in keys) && last < OPEN_END && changed) keys[last + 1] = { box: null, ...after, class_id: null, followed: false };
+    Object.assign(keys, joinedKeys);
+    const changed = !sameState(stateAt(keys, last + 1), stateAfter);
+    if (!(last + 1 in keys) && last < OPEN_END && changed) keys[last + 1] = { box: null, ...stateAfter, class_id: null, followed: false };
   }
-  const whole = {
+  const joined = {
     ...doc,
     segments: pieces.sort((a, b) => a.first - b.first || a.track - b.track),
     keys,
-    notes: [...doc.notes, ...other.notes.filter((n) => doc.notes.every((mine) => mine.id !== n.id))],
+    notes: [...doc.notes, ...other.notes.filter((n) => doc.notes.every((note) => note.id !== n.id))],
   };
-  return withAttributes(whole, { ...other.attributes, ...doc.attributes });
+  return withAttributes(joined, { ...other.attributes, ...doc.attributes });
 }
 
 /**
@@ -61,16 +62,16 @@ export function join(doc, other) {
  * @param {number} frame
  * @returns {boolean} whether any of them was interpolated
  */
-function endLine(keys, frame) {
-  let wanted = false;
-  for (let k = lastOf(keys, frame); k !== null; k = lastOf(keys, k - 1)) {
+function endInterpolation(keys, frame) {
+  let wasInterpolated = false;
+  for (let k = lastKeyFrame(keys, frame); k !== null; k = lastKeyFrame(keys, k - 1)) {
     if (keys[k].interpolate) {
       keys[k] = { ...keys[k], interpolate: false };
-      wanted = true;
+      wasInterpolated = true;
     }
     if (keys[k].box !== null) break;
   }
-  return wanted;
+  return wasInterpolated;
 }
 
 /**
@@ -79,7 +80,7 @@ function endLine(keys, frame) {
  * @param {TrackDoc} doc
  * @returns {TrackDoc}
  */
-function anchored(doc) {
+function withLineEnds(doc) {
   const keys = { ...doc.keys };
   const frames = keyFramesOf(doc);
   for (const frame of frames) {
@@ -88,12 +89,12 @@ function anchored(doc) {
   }
   frames.forEach((frame, position) => {
     const key = doc.keys[frame];
-    const start = lineAt(doc, frame);
+    const start = keyFrameBoxAt(doc, frame);
     if (key.box === null && start !== null) keys[frame] = { ...key, box: start };
-    const behind = frames[position + 1];
-    if (behind === undefined || behind - 1 === frame || lineAt(doc, behind) !== null) return;
-    const end = lineAt(doc, behind - 1);
-    if (end !== null) keys[behind - 1] = { ...key, box: end, class_id: null, followed: false };
+    const nextFrame = frames[position + 1];
+    if (nextFrame === undefined || nextFrame - 1 === frame || keyFrameBoxAt(doc, nextFrame) !== null) return;
+    const end = keyFrameBoxAt(doc, nextFrame - 1);
+    if (end !== null) keys[nextFrame - 1] = { ...key, box: end, class_id: null, followed: false };
   });
   return { ...doc, keys };
 }
@@ -103,7 +104,7 @@ function anchored(doc) {
  * @param {number} frame
  * @returns {number|null}
  */
-function lastOf(keys, frame) {
+function lastKeyFrame(keys, frame) {
   const found = Object.keys(keys)
     .map(Number)
     .filter((k) => k <= frame);
@@ -116,7 +117,7 @@ function lastOf(keys, frame) {
  * @param {number} frame
  */
 function stateAt(keys, frame) {
-  const last = lastOf(keys, frame);
+  const last = lastKeyFrame(keys, frame);
   return stateOf(last === null ? null : keys[last]);
 }
 
@@ -125,7 +126,7 @@ function stateAt(keys, frame) {
  * @param {TrackDoc} doc
  * @returns {Span[]}
  */
-export function spans(doc) {
+export function documentSpans(doc) {
   /** @type {Span[]} */
   const found = doc.segments.map((s) => [s.first, s.last]);
   const frames = keyFramesOf(doc);
@@ -159,7 +160,7 @@ export function spans(doc) {
  * @param {Span[]} others
  * @returns {Span[]}
  */
-export function without(parts, others) {
+export function subtractSpans(parts, others) {
   for (const [low, high] of others) {
     parts = parts.flatMap(([first, last]) => {
       /** @type {Span[]} */

@@ -6,8 +6,20 @@
  * @typedef {import('../types.js').KeyFrame} KeyFrame
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  */
-import { CommandError, needed } from './command_error.js';
-import { clip, isEmpty, keyFramesOf, keysWithin, lastKey, lineAt, said, sameAttributes, showsFrom, stateOf, withKey } from './documents.js';
+import { CommandError, requireValue } from './command_error.js';
+import {
+  clipSegments,
+  isEmpty,
+  keyFramesOf,
+  keysWithin,
+  lastKey,
+  keyFrameBoxAt,
+  nonDefaultFields,
+  sameAttributes,
+  showsFrom,
+  stateOf,
+  withKey,
+} from './documents.js';
 import { withAttribute } from './relabel.js';
 
 /**
@@ -16,8 +28,8 @@ import { withAttribute } from './relabel.js';
  * @param {Command} command
  * @returns {Partial<KeyFrame>}
  */
-export function shown(doc, command) {
-  const box = command.box ?? lineAt(doc, command.frame);
+export function visibleBox(doc, command) {
+  const box = command.box ?? keyFrameBoxAt(doc, command.frame);
   return box === null ? {} : { box };
 }
 
@@ -27,9 +39,9 @@ export function shown(doc, command) {
  * @returns {TrackDoc}
  */
 export function setAttribute(doc, command) {
-  const name = needed(command.attribute, 'name of an attribute');
+  const name = requireValue(command.attribute, 'name of an attribute');
   if (!command.from_here) return withAttribute(doc, name, command.value ?? null, null);
-  return withAttribute(withKey(doc, command.frame, shown(doc, command)), name, command.value ?? null, command.frame);
+  return withAttribute(withKey(doc, command.frame, visibleBox(doc, command)), name, command.value ?? null, command.frame);
 }
 
 /**
@@ -40,10 +52,10 @@ export function setAttribute(doc, command) {
 export function deleteFrom(doc, frame) {
   if (!showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} There is nothing to delete.`);
   // a cut line must end at its interpolated box
-  const edge = frame > 0 ? lineAt(doc, frame - 1) : null;
+  const edge = frame > 0 ? keyFrameBoxAt(doc, frame - 1) : null;
   if (edge !== null && !doc.keys[frame - 1]) doc = withKey(doc, frame - 1, { box: edge });
-  const kept = { ...doc, segments: clip(doc.segments, -1, frame - 1), keys: keysWithin(doc, -1, frame - 1) };
-  return isEmpty(kept) ? { ...doc, gone: true } : kept;
+  const cutDoc = { ...doc, segments: clipSegments(doc.segments, -1, frame - 1), keys: keysWithin(doc, -1, frame - 1) };
+  return isEmpty(cutDoc) ? { ...doc, gone: true } : cutDoc;
 }
 
 /** @param {TrackDoc} doc @param {number} frame */
@@ -58,7 +70,7 @@ export function setOutside(doc, command) {
   const { frame } = command;
   const outside = command.value === true;
   if (outside && !showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} It is outside already.`);
-  const after = withKey(doc, frame, { outside, ...shown(doc, command) });
+  const after = withKey(doc, frame, { outside, ...visibleBox(doc, command) });
   if (!outside && !showsFrom(after, frame)) {
     throw new CommandError(`${showsNothing(doc, frame)} Nothing could come back into view: draw a box.`);
   }
@@ -73,9 +85,9 @@ export function setOutside(doc, command) {
 export function removeKey(doc, frame) {
   if (!doc.keys[frame]) throw new CommandError(`Frame ${frame} is no key frame of track ${doc.key}.`);
   const { [frame]: _gone, ...keys } = doc.keys;
-  const left = { ...doc, keys };
-  if (isEmpty(left)) throw new CommandError("This is the track's only box. Delete the track instead.");
-  return left;
+  const remaining = { ...doc, keys };
+  if (isEmpty(remaining)) throw new CommandError("This is the track's only box. Delete the track instead.");
+  return remaining;
 }
 
 /**
@@ -84,8 +96,8 @@ export function removeKey(doc, frame) {
  * @returns {TrackDoc}
  */
 export function interpolate(doc, command) {
-  const first = needed(command.first, 'first');
-  const last = needed(command.last, 'last');
+  const first = requireValue(command.first, 'first');
+  const last = requireValue(command.last, 'last');
   const inside = keyFramesOf(doc).filter((k) => first <= k && k <= last);
   if (inside.filter((k) => doc.keys[k].box !== null).length < 2) {
     throw new CommandError('Interpolation needs two key frames with a box. Correct the box in two frames first.');
@@ -102,10 +114,10 @@ export function interpolate(doc, command) {
  * @returns {TrackDoc}
  */
 export function follow(doc, command) {
-  const given = needed(command.boxes, 'list of boxes');
+  const given = requireValue(command.boxes, 'list of boxes');
   const boxes = new Map(given.map((entry) => [entry.frame, entry]));
-  const first = needed(given[0]?.frame, 'box');
-  const last = needed(given.at(-1)?.frame, 'box');
+  const first = requireValue(given[0]?.frame, 'box');
+  const last = requireValue(given.at(-1)?.frame, 'box');
   const frames = keyFramesOf(doc);
   const hides = frames.find((k, at) => k <= last && doc.keys[k].outside && (frames[at + 1] ?? Infinity) > first);
   if (hides !== undefined) {
@@ -117,17 +129,25 @@ export function follow(doc, command) {
   const inside = (k) => first <= k && k <= last;
   const changes = frames.filter((k, at) => !sameAttributes(doc.keys[k].attributes, doc.keys[frames[at - 1]]?.attributes));
   const after = lastKey(doc, last);
-  const lineGoesOn = after === null ? doc.segments.length === 0 : doc.keys[after].interpolate;
+  const isInterpolatedAfter = after === null ? doc.segments.length === 0 : doc.keys[after].interpolate;
   /** @type {Record<string, KeyFrame>} */
   const keys = Object.fromEntries(Object.entries(doc.keys).filter(([k, key]) => !(inside(Number(k)) && key.followed)));
   for (const frame of new Set([...boxes.keys(), ...[...changes, ...Object.keys(keys).map(Number)].filter(inside)])) {
-    const held = lastKey(doc, frame);
-    const { occluded, attributes } = stateOf(held === null ? null : doc.keys[held]);
-    const fresh = { box: null, occluded, outside: false, interpolate: false, class_id: null, followed: false, ...said({ attributes }) };
-    const own = keys[frame] ?? fresh;
+    const before = lastKey(doc, frame);
+    const { occluded, attributes } = stateOf(before === null ? null : doc.keys[before]);
+    const newKeyFrame = {
+      box: null,
+      occluded,
+      outside: false,
+      interpolate: false,
+      class_id: null,
+      followed: false,
+      ...nonDefaultFields({ attributes }),
+    };
+    const keyFrame = keys[frame] ?? newKeyFrame;
     const entry = boxes.get(frame);
     const placed = entry ? { box: entry.box, followed: !entry.anchor } : {};
-    keys[frame] = { ...own, ...placed, interpolate: frame < last || lineGoesOn };
+    keys[frame] = { ...keyFrame, ...placed, interpolate: frame < last || isInterpolatedAfter };
   }
   return { ...doc, keys };
 }

@@ -4,23 +4,23 @@
  * tsr_engine/labels/name_matching.py and matching.py: tests/labels/words.json holds the answers that both give. Pure.
  *
  * @typedef {import('../types.js').Label} Label
- * @typedef {'key'|'name'|'alias'|'short'|'number'} How   the part of a label that matched
+ * @typedef {'key'|'name'|'alias'|'short'|'number'} MatchedPart   the part of a label that matched
  */
 import { labelsById } from './labels.js';
 
 /** Python's `\s`, and the punctuation in names. */
-const LOOSE = /[\t-\r\x1c-\x20\x85\xa0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000_\-./,:;()'"]+/gu;
-const BETWEEN_NUMBERS = new RegExp(`(?<=\\p{Nd})${LOOSE.source}(?=\\p{Nd})`, 'gu');
+const IGNORED_CHARACTERS = /[\t-\r\x1c-\x20\x85\xa0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000_\-./,:;()'"]+/gu;
+const BETWEEN_NUMBERS = new RegExp(`(?<=\\p{Nd})${IGNORED_CHARACTERS.source}(?=\\p{Nd})`, 'gu');
 const NUMBER = /^(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})$/i;
 
 /** Letters whose case folding differs from that of their capital. @type {Record<string, string>} */
-const FOLDED = { ı: 'ı', ẞ: 'ss' };
+const SPECIAL_FOLDINGS = { ı: 'ı', ẞ: 'ss' };
 const CHEROKEE = /[\u13a0-\u13fd\uab70-\uabbf]/;
 
 /** @param {string} letter */
-function folded(letter) {
-  const own = FOLDED[letter];
-  if (own !== undefined) return own;
+function foldCase(letter) {
+  const special = SPECIAL_FOLDINGS[letter];
+  if (special !== undefined) return special;
   return CHEROKEE.test(letter) ? letter.toUpperCase() : [...letter.toUpperCase()].map((part) => part.toLowerCase()).join('');
 }
 
@@ -30,12 +30,12 @@ function folded(letter) {
  * @param {string} name
  */
 export function comparable(name) {
-  const whole = [...name.normalize('NFKC')].map(folded).join('');
-  return whole.replace(BETWEEN_NUMBERS, '|').replace(LOOSE, '') || whole;
+  const folded = [...name.normalize('NFKC')].map(foldCase).join('');
+  return folded.replace(BETWEEN_NUMBERS, '|').replace(IGNORED_CHARACTERS, '') || folded;
 }
 
-/** @param {Label} label @param {How} how @returns {readonly string[]} */
-function wordsOf(label, how) {
+/** @param {Label} label @param {MatchedPart} how @returns {readonly string[]} */
+function namesOf(label, how) {
   if (how === 'key') return [label.key];
   if (how === 'name') return [label.name];
   if (how === 'alias') return label.aliases;
@@ -45,7 +45,7 @@ function wordsOf(label, how) {
 
 /**
  * @typedef {object} Finder
- * @property {(word: string) => {label: Label, how: How}|null} find   the label that a word names
+ * @property {(word: string) => {label: Label, how: MatchedPart}|null} find   the label that a word names
  * @property {(text: string, among: readonly Label[]) => Label[]} search   the labels that match a text, best first; an empty text matches all, in their order
  */
 
@@ -59,19 +59,19 @@ const finders = new WeakMap();
  * @param {readonly Label[]} labels   must not be changed later
  * @returns {Finder} the same object for the same list
  */
-export function finderOf(labels) {
-  const before = finders.get(labels);
-  if (before) return before;
-  const standing = labelsById(labels);
-  /** @type {Map<string, {label: Label, how: How}>} */
-  const words = new Map();
+export function labelFinder(labels) {
+  const cached = finders.get(labels);
+  if (cached) return cached;
+  const currentLabels = labelsById(labels);
+  /** @type {Map<string, {label: Label, how: MatchedPart}>} */
+  const labelsByName = new Map();
   for (const merged of [false, true]) {
     for (const how of /** @type {const} */ (['key', 'name', 'alias', 'short'])) {
       for (const label of labels) {
         if ((label.merged_into !== null) !== merged) continue;
-        for (const word of wordsOf(label, how)) {
+        for (const word of namesOf(label, how)) {
           const name = comparable(word);
-          if (!words.has(name)) words.set(name, { label: standing.get(label.id) ?? label, how });
+          if (!labelsByName.has(name)) labelsByName.set(name, { label: currentLabels.get(label.id) ?? label, how });
         }
       }
     }
@@ -79,10 +79,10 @@ export function finderOf(labels) {
 
   /** @type {Finder['find']} */
   function find(word) {
-    const known = words.get(comparable(word));
+    const known = labelsByName.get(comparable(word));
     if (known) return known;
     const number = NUMBER.exec(word.trim());
-    const label = number && standing.get(Number(number[1]));
+    const label = number && currentLabels.get(Number(number[1]));
     return label ? { label, how: 'number' } : null;
   }
 
@@ -92,8 +92,8 @@ export function finderOf(labels) {
   function indexOf(label) {
     let known = index.get(label.id);
     if (!known) {
-      const name = folding(label.name);
-      const others = [label.key, label.short, ...label.aliases].map(folding);
+      const name = foldText(label.name);
+      const others = [label.key, label.short, ...label.aliases].map(foldText);
       known = {
         name,
         parts: split(name),
@@ -112,23 +112,23 @@ export function finderOf(labels) {
    * @type {Finder['search']}
    */
   function search(text, among) {
-    const wanted = folding(text.trim());
+    const wanted = foldText(text.trim());
     if (wanted === '') return [...among];
     const numbered = /^#\s*(\d{1,9})$/.exec(wanted);
     if (numbered) return among.filter(({ id }) => id === Number(numbered[1]));
-    const asked = wanted.split(/\s+/);
-    const named = find(text)?.label.id;
-    const together = comparable(text);
+    const typedWords = wanted.split(/\s+/);
+    const exactMatch = find(text)?.label.id;
+    const compact = comparable(text);
     /** @param {Label} label */
     const rank = (label) => {
       const { name, parts, others, joined } = indexOf(label);
       if (/^\d+$/.test(wanted) && parts.includes(wanted)) return 0;
-      if (label.id === named) return 1;
+      if (label.id === exactMatch) return 1;
       if (name.startsWith(wanted)) return 2;
-      if (asked.every((word) => parts.some((part) => part.startsWith(word)))) return 3;
-      if (asked.every((word) => name.includes(word))) return 4;
-      if (asked.every((word) => parts.some((part) => part.startsWith(word)) || others.some((part) => part.startsWith(word)))) return 5;
-      return joined.some((one) => one.includes(together)) ? 6 : 7;
+      if (typedWords.every((word) => parts.some((part) => part.startsWith(word)))) return 3;
+      if (typedWords.every((word) => name.includes(word))) return 4;
+      if (typedWords.every((word) => parts.some((part) => part.startsWith(word)) || others.some((part) => part.startsWith(word)))) return 5;
+      return joined.some((one) => one.includes(compact)) ? 6 : 7;
     };
     return among
       .map((label) => ({ label, rank: rank(label) }))
@@ -143,7 +143,7 @@ export function finderOf(labels) {
 }
 
 /** A text for comparison: without case, in Unicode's compatibility form. @param {string} text */
-const folding = (text) => [...text.normalize('NFKC')].map(folded).join('');
+const foldText = (text) => [...text.normalize('NFKC')].map(foldCase).join('');
 
 /** @param {string} text */
 const split = (text) => text.split(/[\s/(),._-]+/).filter(Boolean);

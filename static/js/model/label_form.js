@@ -80,23 +80,24 @@ function numberOf(text, what) {
 function attributeOf({ name, kind, mutable, values, low, high, start }) {
   const title = name.trim();
   if (title === '') throw new Error('Give every attribute a name.');
-  const about = `“${title}”`;
+  const quotedName = `“${title}”`;
   const choices = kind === 'select' ? lines(values) : [];
-  if (kind === 'select' && choices.length === 0) throw new Error(`${about}: write its values, one per line.`);
+  if (kind === 'select' && choices.length === 0) throw new Error(`${quotedName}: write its values, one per line.`);
   const typed = start.trim();
   /** @type {Attribute['default']} */
   let value = typed === '' ? null : typed;
   if (value !== null && kind === 'checkbox') value = typed === 'true';
-  if (value !== null && kind === 'number') value = numberOf(typed, `${about}: the default`);
-  if (kind === 'select' && value !== null && !choices.includes(typed)) throw new Error(`${about}: the default must be one of its values.`);
+  if (value !== null && kind === 'number') value = numberOf(typed, `${quotedName}: the default`);
+  if (kind === 'select' && value !== null && !choices.includes(typed))
+    throw new Error(`${quotedName}: the default must be one of its values.`);
   const number = kind === 'number';
   return {
     name: title,
     kind,
     mutable,
     values: choices,
-    low: number ? numberOf(low, `${about}: the smallest value`) : null,
-    high: number ? numberOf(high, `${about}: the largest value`) : null,
+    low: number ? numberOf(low, `${quotedName}: the smallest value`) : null,
+    high: number ? numberOf(high, `${quotedName}: the largest value`) : null,
     default: value,
   };
 }
@@ -129,7 +130,7 @@ export function changeOf(label, form) {
       return { change: { type: 'add', ...fields, ...(key ? { key } : {}) } };
     }
     const changed = Object.entries(fields).filter(
-      ([field, value]) => JSON.stringify(value) !== JSON.stringify(plain(Reflect.get(label, field))),
+      ([field, value]) => JSON.stringify(value) !== JSON.stringify(comparableValue(Reflect.get(label, field))),
     );
     return { change: changed.length ? { type: 'update', id: label.id, ...Object.fromEntries(changed) } : null };
   } catch (thrown) {
@@ -138,7 +139,7 @@ export function changeOf(label, form) {
 }
 
 /** Attributes with their fields in the order of `attributeOf`, for comparison. @param {unknown} value */
-function plain(value) {
+function comparableValue(value) {
   if (!Array.isArray(value) || typeof value[0] !== 'object') return value;
   return value.map(({ name, kind, mutable, values, low, high, default: start }) => ({
     name,

@@ -7,7 +7,7 @@
  * @typedef {{kind: 'label'|'add'|'none'|'skip', word: string}} Answer   word: the label as typed, if kind is `label`
  */
 import { NO_CLASS } from './documents.js';
-import { finderOf } from './label_finder.js';
+import { labelFinder } from './label_finder.js';
 
 export const ANSWERS = /** @type {const} */ ([
   ['label', 'A label of the set'],
@@ -17,7 +17,7 @@ export const ANSWERS = /** @type {const} */ ([
 ]);
 
 /** The initial proposal: a label that resembles the name, else a new label. @param {UnknownLabel} unknown @returns {Answer} */
-export const proposed = ({ suggestions: [first], similar }) => ({ kind: first && similar ? 'label' : 'add', word: first?.name ?? '' });
+export const initialAnswer = ({ suggestions: [first], similar }) => ({ kind: first && similar ? 'label' : 'add', word: first?.name ?? '' });
 
 /**
  * Map the names of a file to labels.
@@ -39,8 +39,8 @@ export function mappingOf(unknown, answers, labels) {
     else if (kind === 'none') map[name] = NO_CLASS;
     else {
       if (word.trim() === '') return { error: `Say which label “${name}” is.`, at };
-      const found = meant(word.trim(), labels);
-      if ('error' in found) return { error: sentence(found.error), at };
+      const found = findLabel(word.trim(), labels);
+      if ('error' in found) return { error: capitalized(found.error), at };
       map[name] = found.key;
     }
   }
@@ -55,21 +55,21 @@ export function mappingOf(unknown, answers, labels) {
  * @param {readonly Label[]} labels
  * @returns {{key: string}|{error: string}}
  */
-function meant(word, labels) {
-  const found = finderOf(labels).find(word);
+function findLabel(word, labels) {
+  const found = labelFinder(labels).find(word);
   const quoted = `“${word.slice(0, 40)}”`;
   if (found === null) return { error: `no label is called ${quoted}.` };
-  const like =
+  const ambiguous =
     found.how === 'number' &&
     /^\d+$/.test(word) &&
     labels.find(({ name, merged_into }) => merged_into === null && new RegExp(`(?<![\\d.,])${word}(?![.,]?\\d)`).test(name));
-  if (like)
-    return { error: `${quoted} can be “${like.name}”, or “${found.label.name}”, which has that number. Write the name, or #${word}.` };
+  if (ambiguous)
+    return { error: `${quoted} can be “${ambiguous.name}”, or “${found.label.name}”, which has that number. Write the name, or #${word}.` };
   return { key: found.label.key };
 }
 
 /** @param {string} text */
-const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+const capitalized = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 /**
  * Parse a mapping from names of another tool to labels, one per line: `stop sign = 14`, `yield = give way`.
@@ -85,7 +85,7 @@ export function parseLabelMap(text, labels) {
     if (line.trim() === '') continue;
     const match = /^\s*(.+?)\s*=\s*([^=]+?)\s*$/.exec(line);
     if (!match) return { error: `Line ${at + 1}: write a name, “=”, and a label. Got “${line.trim().slice(0, 40)}”.` };
-    const found = meant(match[2], labels);
+    const found = findLabel(match[2], labels);
     if ('error' in found) return { error: `Line ${at + 1}: ${found.error}` };
     map[match[1]] = found.key;
   }

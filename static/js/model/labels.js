@@ -7,7 +7,7 @@
 import { NO_CLASS } from './documents.js';
 
 /** @type {WeakMap<readonly Label[], Map<number, Label>>} */
-const known = new WeakMap();
+const cache = new WeakMap();
 
 /**
  * Every id that the set has ever used, with its label; for a merged label, the label that replaces it.
@@ -16,23 +16,23 @@ const known = new WeakMap();
  * @returns {Map<number, Label>} the same map for the same list
  */
 export function labelsById(labels) {
-  const found = known.get(labels);
+  const found = cache.get(labels);
   if (found) return found;
-  const own = new Map(labels.map((label) => [label.id, label]));
+  const byId = new Map(labels.map((label) => [label.id, label]));
   /** @type {Map<number, Label>} */
-  const standing = new Map();
+  const currentLabels = new Map();
   for (const label of labels) {
-    let at = label;
+    let current = label;
     // the server prevents cycles; a list with one must not hang the page
-    for (let steps = 0; at.merged_into !== null && steps < labels.length; steps++) {
-      const into = own.get(at.merged_into);
+    for (let steps = 0; current.merged_into !== null && steps < labels.length; steps++) {
+      const into = byId.get(current.merged_into);
       if (into === undefined) break;
-      at = into;
+      current = into;
     }
-    standing.set(label.id, at);
+    currentLabels.set(label.id, current);
   }
-  known.set(labels, standing);
-  return standing;
+  cache.set(labels, currentLabels);
+  return currentLabels;
 }
 
 /**
@@ -49,7 +49,7 @@ export const labelFor = (labels, id) => (id === null || id === undefined ? undef
  * @param {T} id
  * @returns {T|number}
  */
-export const resolved = (labels, id) => labelFor(labels, id)?.id ?? id;
+export const resolveLabelId = (labels, id) => labelFor(labels, id)?.id ?? id;
 
 /**
  * A command with the key of its label, because the video may use another label set when the server receives it.
@@ -70,7 +70,7 @@ export const offeredLabels = (labels) => labels.filter(({ hidden, merged_into })
  * @param {readonly Label[]} labels
  * @param {number|null|undefined} id   `NO_CLASS`: given by a person; null: given neither by a person nor by the engine
  */
-export function className(labels, id) {
+export function labelName(labels, id) {
   if (id === NO_CLASS) return 'not in the set';
   return labelFor(labels, id)?.name ?? (id === null || id === undefined ? 'unlabelled' : `label ${id}`);
 }
@@ -81,4 +81,4 @@ export function className(labels, id) {
  * @param {number|null|undefined} id
  * @param {string|null|undefined} word   the engine's name for it, if the set has no label for it
  */
-export const engineName = (labels, id, word) => (word && id === NO_CLASS ? `${word} (not in the set)` : className(labels, id));
+export const engineName = (labels, id, word) => (word && id === NO_CLASS ? `${word} (not in the set)` : labelName(labels, id));

@@ -29,10 +29,10 @@
  * @property {number} bucket           frames per bucket on the finest level
  * @property {Float32Array[]} tracks   by level, finest first: largest number of simultaneous tracks in a bucket
  * @property {Float32Array[]} uncertainty    by level: largest uncertainty in a bucket
- * @property {number} most             maximum over all buckets
+ * @property {number} maxTracks             maximum over all buckets
  */
 import { NO_CLASS } from './documents.js';
-import { className } from './labels.js';
+import { labelName } from './labels.js';
 import { clamp } from './geometry.js';
 import { packIntervals } from './interval_packing.js';
 
@@ -41,7 +41,7 @@ export const CORRECTED = 3;
 const REVIEW = { open: 0, accepted: 1, rejected: 2, needs_work: 3 };
 export { NO_CLASS };
 /** Minimum distance of two bars in a row, frames. */
-const GAP = 4;
+const MIN_BAR_GAP_FRAMES = 4;
 
 /** @param {TrackEntry} entry */
 const classIdOf = (entry) => entry.class_id ?? NO_CLASS;
@@ -51,7 +51,7 @@ const classIdOf = (entry) => entry.class_id ?? NO_CLASS;
  * @param {readonly import('../types.js').Label[]} labels
  * @param {number} classId   as stored in the index
  */
-export const barName = (labels, classId) => className(labels, classId === NO_CLASS ? null : classId);
+export const barName = (labels, classId) => labelName(labels, classId === NO_CLASS ? null : classId);
 
 /**
  * @param {readonly TrackEntry[]} entries
@@ -63,34 +63,34 @@ export function buildLaneIndex(entries, lanes, docs) {
   const packed = packIntervals(
     entries.map((entry) => entry.first),
     entries.map((entry) => entry.last),
-    GAP,
+    MIN_BAR_GAP_FRAMES,
   );
   const order = entries.map((_, i) => i);
   order.sort((a, b) => packed.row[a] - packed.row[b] || entries[a].first - entries[b].first);
   const count = entries.length;
-  const index = blank(count, packed.rows);
+  const index = emptyIndex(count, packed.rows);
   const { start, stop } = piecesByTrack(lanes);
   /** @type {number[]} */
   const pieces = [];
   /** @type {number[]} */
   const keys = [];
-  order.forEach((place, bar) => {
-    const entry = entries[place];
+  order.forEach((position, bar) => {
+    const entry = entries[position];
     index.key[bar] = entry.key;
     index.barOf.set(entry.key, bar);
     index.first[bar] = entry.first;
     index.last[bar] = entry.last;
-    index.row[bar] = packed.row[place];
+    index.row[bar] = packed.row[position];
     index.classId[bar] = classIdOf(entry);
     index.review[bar] = REVIEW[entry.review];
-    index.rowStart[packed.row[place] + 1] = bar + 1;
+    index.rowStart[packed.row[position] + 1] = bar + 1;
     const doc = docs[entry.key];
     const spans = doc ? doc.segments : [{ track: entry.track ?? -1, first: entry.first, last: entry.last }];
     for (const span of spans) {
       for (let i = start.get(span.track) ?? 0; lanes && i < (stop.get(span.track) ?? 0); i += 1) {
         const from = Math.max(lanes.first[i], span.first);
         const to = Math.min(lanes.last[i], span.last);
-        for (const [first, last] of entry.runs) {
+        for (const [first, last] of entry.spans) {
           if (Math.max(from, first) <= Math.min(to, last)) pieces.push(Math.max(from, first), Math.min(to, last), lanes.source[i]);
         }
       }
@@ -122,7 +122,7 @@ export function buildLaneIndex(entries, lanes, docs) {
  * @param {Record<string, TrackDoc>} docs
  * @returns {LaneIndex|null} null: bars, parts or key frames have changed, so it must be rebuilt
  */
-export function judgedLaneIndex(index, entries, before, docs) {
+export function withVerdicts(index, entries, before, docs) {
   if (entries.length !== index.count) return null;
   for (const key in before) if (!(key in docs)) return null;
   /** @type {Set<string>} */
@@ -218,13 +218,13 @@ export function buildDensity(entries, frames, bucket = Math.min(16, Math.max(1, 
   }
   const tracks = new Float32Array(size);
   let running = 0;
-  let most = 0;
+  let maxTracks = 0;
   for (let b = 0; b < size; b += 1) {
     running += change[b];
     tracks[b] = running;
-    most = Math.max(most, running);
+    maxTracks = Math.max(maxTracks, running);
   }
-  return { bucket, tracks: pyramid(tracks), uncertainty: pyramid(uncertainty), most };
+  return { bucket, tracks: pyramid(tracks), uncertainty: pyramid(uncertainty), maxTracks };
 }
 
 /**
@@ -235,8 +235,8 @@ export function buildDensity(entries, frames, bucket = Math.min(16, Math.max(1, 
  * @returns {number}
  */
 export function levelFor(density, framesPerPixel) {
-  const wanted = Math.floor(Math.log2(Math.max(1, framesPerPixel / density.bucket)));
-  return clamp(wanted, 0, density.tracks.length - 1);
+  const level = Math.floor(Math.log2(Math.max(1, framesPerPixel / density.bucket)));
+  return clamp(level, 0, density.tracks.length - 1);
 }
 
 /** @param {Float32Array} finest @returns {Float32Array[]} */
@@ -287,7 +287,7 @@ function addCorrections(doc, entry, pieces, keys) {
 }
 
 /** @param {number} count @param {number} rows @returns {LaneIndex} */
-function blank(count, rows) {
+function emptyIndex(count, rows) {
   return {
     count,
     rows,

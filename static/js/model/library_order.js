@@ -1,7 +1,7 @@
 // @ts-check
 /** Search and sort order of the videos in the library. Pure. */
 
-import { leftIn } from './left_elsewhere.js';
+import { undecidedCount } from './open_videos.js';
 
 /** @typedef {import('../types.js').Video} Video */
 
@@ -12,7 +12,7 @@ const names = new Intl.Collator(undefined, { numeric: true });
 export const SORTS = {
   newest: { label: 'Newest first', compare: (a, b) => (a.created < b.created ? 1 : a.created > b.created ? -1 : 0) },
   name: { label: 'Name', compare: (a, b) => names.compare(a.name, b.name) },
-  open: { label: 'Most left to review', compare: (a, b) => leftIn(b) - leftIn(a) },
+  open: { label: 'Most left to review', compare: (a, b) => undecidedCount(b) - undecidedCount(a) },
   longest: { label: 'Longest first', compare: (a, b) => (b.duration ?? 0) - (a.duration ?? 0) },
 };
 

@@ -47,7 +47,7 @@ const GROUPS = /** @type {Record<string, [string, string]>} */ ({
 });
 
 /** Changes up to this count as no change. */
-const NOISE = 0.0005;
+const NO_CHANGE = 0.0005;
 
 /**
  * @param {Record<string, any>} figures   of a version
@@ -59,14 +59,14 @@ export function figureGroups(figures) {
     if (!isRecord(value)) continue;
     const compared = isRecord(value.new);
     const rows = rowsOf(compared ? value.new : value, compared && isRecord(value.parent) ? value.parent : null);
-    const [title, note] = GROUPS[name] ?? [plain(name), ''];
+    const [title, note] = GROUPS[name] ?? [readableName(name), ''];
     if (rows.length) groups.push({ name, title, note, of: countsOf(compared ? value.new : value), rows });
   }
   return groups;
 }
 
 /** The regressions, in the server's sentences. @param {Record<string, any>} figures @returns {string[]} */
-export const complaints = (figures) => (Array.isArray(figures.worse) ? figures.worse.map(String) : []);
+export const regressions = (figures) => (Array.isArray(figures.worse) ? figures.worse.map(String) : []);
 
 /**
  * @param {Record<string, any>} now
@@ -78,12 +78,12 @@ function rowsOf(now, before, prefix = '') {
   const rows = [];
   for (const [name, value] of Object.entries(now)) {
     if (isRecord(value)) {
-      rows.push(...rowsOf(value, isRecord(before?.[name]) ? before[name] : null, `${plain(name)}: `));
+      rows.push(...rowsOf(value, isRecord(before?.[name]) ? before[name] : null, `${readableName(name)}: `));
       continue;
     }
     if (typeof value !== 'number' || !Number.isFinite(value)) continue;
     if (COUNTS.includes(name)) continue;
-    const [label, direction, share] = FIGURES[name] ?? [plain(name), 0, false];
+    const [label, direction, share] = FIGURES[name] ?? [readableName(name), 0, false];
     const old = typeof before?.[name] === 'number' ? before[name] : null;
     rows.push({
       name: prefix + name,
@@ -107,7 +107,7 @@ function verdictOf(now, before, direction) {
   if (direction === 0) return null;
   if (before === null) return 'new';
   const gain = (now - before) * direction;
-  return Math.abs(gain) <= NOISE ? 'same' : gain > 0 ? 'better' : 'worse';
+  return Math.abs(gain) <= NO_CHANGE ? 'same' : gain > 0 ? 'better' : 'worse';
 }
 
 /** The amounts of data behind the figures: `150 pictures, 220 signs`. @param {Record<string, any>} now @returns {string} */
@@ -121,7 +121,7 @@ function countsOf(now) {
 }
 
 /** @param {string} name */
-const plain = (name) => name.charAt(0).toUpperCase() + name.slice(1).replaceAll('_', ' ');
+const readableName = (name) => name.charAt(0).toUpperCase() + name.slice(1).replaceAll('_', ' ');
 
 /** @param {unknown} value @returns {value is Record<string, any>} */
 const isRecord = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);

@@ -6,7 +6,7 @@
  */
 
 import { plural } from './format.js';
-import { resumable, runPercent } from './run_progress.js';
+import { isResumable, runPercent } from './run_progress.js';
 
 /** The hint for a video without a run. */
 export const NO_RUN = 'No run yet: start one with “Runs”';
@@ -35,6 +35,6 @@ export function whyNoTracks(review, total) {
  * @param {ReviewState} review
  * @param {number} total
  */
-export function canGoOn({ run }, total) {
-  return total === 0 && run !== null && resumable(run);
+export function canResume({ run }, total) {
+  return total === 0 && run !== null && isResumable(run);
 }

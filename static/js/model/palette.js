@@ -8,34 +8,34 @@
  */
 
 /** Words that may abbreviate several words; a number may not. */
-const LETTERS = /^\p{L}{2,}$/u;
+const ABBREVIATION = /^\p{L}{2,}$/u;
 /** Separators between the words of an item. */
-const BETWEEN = /[^\p{L}\p{N}#]+/u;
+const SEPARATORS = /[^\p{L}\p{N}#]+/u;
 
 /**
  * Items with their words in lower case, computed once for all keystrokes.
  * @template {Findable} T
  * @param {readonly T[]} items
  */
-export const prepared = (items) =>
+export const prepareItems = (items) =>
   items.map((item) => {
     const text = item.text.toLowerCase();
     return { item, text, words: wordsOf(text), also: wordsOf((item.also ?? '').toLowerCase()) };
   });
 
 /** @param {string} text */
-const wordsOf = (text) => text.split(BETWEEN).filter(Boolean);
+const wordsOf = (text) => text.split(SEPARATORS).filter(Boolean);
 
 /**
  * @template {Findable} T
- * @param {ReturnType<typeof prepared<T>>} items
+ * @param {ReturnType<typeof prepareItems<T>>} items
  * @param {string} typed
- * @param {number} most
+ * @param {number} maxCount
  * @returns {{found: T[], total: number}} best first, ties in their order; `total` also counts those beyond `most`
  */
-export function findItems(items, typed, most) {
+export function findItems(items, typed, maxCount) {
   const words = typed.toLowerCase().split(/\s+/).filter(Boolean);
-  const ranked = items.flatMap((one, place) => {
+  const ranked = items.flatMap((one, position) => {
     const { item } = one;
     let rank = 0;
     for (const word of words) {
@@ -43,10 +43,10 @@ export function findItems(items, typed, most) {
       if (fit === 0) return [];
       rank += fit;
     }
-    return [{ item, place, rank }];
+    return [{ item, place: position, rank }];
   });
   ranked.sort((a, b) => b.rank - a.rank || a.place - b.place);
-  return { found: ranked.slice(0, most).map(({ item }) => item), total: ranked.length };
+  return { found: ranked.slice(0, maxCount).map(({ item }) => item), total: ranked.length };
 }
 
 /**
@@ -61,19 +61,19 @@ function rankOf(word, { text, words, also }) {
   if (text.includes(word)) return 4;
   if (also.includes(word)) return 3;
   if (also.some((one) => one.startsWith(word))) return 2;
-  return LETTERS.test(word) && words.some((_, first) => inOrder(word, words, first)) ? 1 : 0;
+  return ABBREVIATION.test(word) && words.some((_, first) => hasLettersInOrder(word, words, first)) ? 1 : 0;
 }
 
 /**
  * Whether the letters of a word occur in order in the words from `first` on, and that word begins with the first
  * letter: `dtr` matches "delete track".
- * @param {string} word @param {readonly string[]} own @param {number} first
+ * @param {string} word @param {readonly string[]} itemWords @param {number} first
  */
-function inOrder(word, own, first) {
-  if (own[first][0] !== word[0]) return false;
+function hasLettersInOrder(word, itemWords, first) {
+  if (itemWords[first][0] !== word[0]) return false;
   let at = 0;
-  for (let i = first; i < own.length && at < word.length; i += 1) {
-    for (const letter of own[i]) if (letter === word[at]) at += 1;
+  for (let i = first; i < itemWords.length && at < word.length; i += 1) {
+    for (const letter of itemWords[i]) if (letter === word[at]) at += 1;
   }
   return at === word.length;
 }

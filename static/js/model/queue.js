@@ -17,7 +17,7 @@
  */
 import { hasAttribute } from './attributes.js';
 import { NO_CLASS } from './documents.js';
-import { engineName, labelFor, resolved } from './labels.js';
+import { engineName, labelFor, resolveLabelId } from './labels.js';
 import { plural } from './format.js';
 import { trackEntries } from './track_entries.js';
 
@@ -66,12 +66,12 @@ export function nextInQueue(state, direction) {
   const before =
     selected === undefined ? (direction > 0 ? 0 : others.length) : others.filter((entry) => compare(entry, selected) < 0).length;
   if (direction < 0) return others[before - 1]?.key ?? null;
-  const working = review.filter.review === 'all' && others.some(isLeft);
-  return others.slice(before).find((entry) => !working || isLeft(entry))?.key ?? null;
+  const onlyUndecided = review.filter.review === 'all' && others.some(isUndecided);
+  return others.slice(before).find((entry) => !onlyUndecided || isUndecided(entry))?.key ?? null;
 }
 
 /** Whether the track needs a decision. @param {TrackEntry} entry */
-const isLeft = ({ review }) => review === 'open' || review === 'needs_work';
+const isUndecided = ({ review }) => review === 'open' || review === 'needs_work';
 
 /**
  * The message at an end of the queue. It counts the undecided tracks that were skipped.
@@ -125,7 +125,7 @@ export function scoreRange(entries) {
 export function queueCounts(entries) {
   const counts = { total: entries.length, open: 0, accepted: 0, rejected: 0, needs_work: 0, left: 0 };
   for (const entry of entries) counts[entry.review] += 1;
-  counts.left = entries.filter(isLeft).length;
+  counts.left = entries.filter(isUndecided).length;
   return counts;
 }
 
@@ -136,7 +136,7 @@ export function queueCounts(entries) {
  */
 function passes(entry, filter, labels) {
   return (
-    (filter.class_id === null || resolved(labels, entry.class_id ?? NO_CLASS) === resolved(labels, filter.class_id)) &&
+    (filter.class_id === null || resolveLabelId(labels, entry.class_id ?? NO_CLASS) === resolveLabelId(labels, filter.class_id)) &&
     (filter.review === 'all' || entry.review === filter.review) &&
     (!filter.with_notes || entry.notes.length > 0) &&
     (filter.attribute === null ||
@@ -176,19 +176,19 @@ function comparator(sort, labels) {
     case 'time':
       return tie;
     case 'class': {
-      const places = new Map(labels.map(({ id }, place) => [id, place]));
+      const positions = new Map(labels.map(({ id }, place) => [id, place]));
       /** Tracks without a label come last. @param {TrackEntry} entry */
-      const place = ({ class_id }) => places.get(resolved(labels, class_id ?? NO_CLASS)) ?? 1e9;
-      return (a, b) => place(a) - place(b) || tie(a, b);
+      const position = ({ class_id }) => positions.get(resolveLabelId(labels, class_id ?? NO_CLASS)) ?? 1e9;
+      return (a, b) => position(a) - position(b) || tie(a, b);
     }
     case 'score':
-      return (a, b) => finite(a.score) - finite(b.score) || tie(a, b);
+      return (a, b) => scoreOrMax(a.score) - scoreOrMax(b.score) || tie(a, b);
     default:
       return (a, b) => b.rank - a.rank || tie(a, b); // not by uncertainty: it changes with an edit, and rows would move under the pointer
   }
 }
 
 /** @param {number} score @returns {number} tracks without a score come last */
-function finite(score) {
+function scoreOrMax(score) {
   return Number.isFinite(score) ? score : Number.MAX_VALUE;
 }

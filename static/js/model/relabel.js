@@ -16,8 +16,8 @@ import { keyFramesOf, sameState, stateOf, withAttributes, withKey } from './docu
  * @param {number|null} class_id   null: the engine's
  * @returns {TrackDoc}
  */
-export function relabelled(doc, class_id) {
-  const keys = reduced(doc, (key) => ({ ...key, class_id: null }));
+export function relabelTrack(doc, class_id) {
+  const keys = reduceKeyFrames(doc, (key) => ({ ...key, class_id: null }));
   return { ...doc, class_id, keys };
 }
 
@@ -31,16 +31,16 @@ export function relabelled(doc, class_id) {
  */
 export function withAttribute(doc, name, value, frame) {
   if (frame === null) {
-    const keys = reduced(doc, (key) => withAttributes(key, put(key.attributes, name, null)));
-    return withAttributes({ ...doc, keys }, put(doc.attributes, name, value));
+    const keys = reduceKeyFrames(doc, (key) => withAttributes(key, withValue(key.attributes, name, null)));
+    return withAttributes({ ...doc, keys }, withValue(doc.attributes, name, value));
   }
   doc = withKey(doc, frame, {});
   const keys = { ...doc.keys };
   const old = valueOf(keys[frame].attributes, name);
-  for (const place of keyFramesOf(doc)) {
-    if (place < frame) continue;
-    if (valueOf(keys[place].attributes, name) !== old) break;
-    keys[place] = withAttributes(keys[place], put(keys[place].attributes, name, value));
+  for (const key of keyFramesOf(doc)) {
+    if (key < frame) continue;
+    if (valueOf(keys[key].attributes, name) !== old) break;
+    keys[key] = withAttributes(keys[key], withValue(keys[key].attributes, name, value));
   }
   return { ...doc, keys };
 }
@@ -50,19 +50,19 @@ export function withAttribute(doc, name, value, frame) {
  * @param {TrackDoc} doc
  * @param {(key: KeyFrame) => KeyFrame} reduce
  */
-function reduced(doc, reduce) {
+function reduceKeyFrames(doc, reduce) {
   /** @type {Record<string, KeyFrame>} */
   const keys = {};
-  let held = stateOf(null);
-  let heldBefore = held;
+  let state = stateOf(null);
+  let stateBefore = state;
   for (const frame of keyFramesOf(doc)) {
     const before = doc.keys[frame];
     const key = reduce(before);
-    if (says(key, held) || !says(before, heldBefore)) {
+    if (changesState(key, state) || !changesState(before, stateBefore)) {
       keys[frame] = key;
-      held = stateOf(key);
+      state = stateOf(key);
     }
-    heldBefore = stateOf(before);
+    stateBefore = stateOf(before);
   }
   return keys;
 }
@@ -72,7 +72,7 @@ function reduced(doc, reduce) {
  * @param {KeyFrame} key
  * @param {ReturnType<typeof stateOf>} held
  */
-const says = (key, held) => key.box !== null || key.class_id !== null || !sameState(stateOf(key), held);
+const changesState = (key, held) => key.box !== null || key.class_id !== null || !sameState(stateOf(key), held);
 
 /**
  * @param {Attributes|undefined} attributes
@@ -87,7 +87,7 @@ const valueOf = (attributes, name) => (attributes && Object.hasOwn(attributes, n
  * @param {AttributeValue|null} value
  * @returns {Attributes}
  */
-function put(attributes, name, value) {
+function withValue(attributes, name, value) {
   const others = Object.entries(attributes ?? {}).filter(([key]) => key !== name);
   return Object.fromEntries(value === null ? others : [...others, [name, value]]);
 }

@@ -18,7 +18,7 @@ import { formatSearch, parseSearch } from './search.js';
 export const NEXT_TRACK = 'next';
 
 /** The address that starts the review of a video. @param {string} video */
-export const reviewOf = (video) => formatRoute({ screen: 'review', video, run: null, frame: null, track: NEXT_TRACK });
+export const reviewAddress = (video) => formatRoute({ screen: 'review', video, run: null, frame: null, track: NEXT_TRACK });
 
 /**
  * @param {Route} route
@@ -57,11 +57,11 @@ export function parseRoute(hash) {
       track: values.track || null,
     };
   }
-  const side = /^(run|annotation|truth):[0-9a-f]{32}$/;
-  if (parts[0] === 'compare' && side.test(values.a ?? '') && side.test(values.b ?? '')) {
+  const sidePattern = /^(run|annotation|truth):[0-9a-f]{32}$/;
+  if (parts[0] === 'compare' && sidePattern.test(values.a ?? '') && sidePattern.test(values.b ?? '')) {
     return { screen: 'compare', a: values.a, b: values.b };
   }
-  if (parts[0] === 'team' && parts.length <= 2) return { screen: 'team', person: parts[1] === undefined ? null : decoded(parts[1]) };
+  if (parts[0] === 'team' && parts.length <= 2) return { screen: 'team', person: parts[1] === undefined ? null : decode(parts[1]) };
   if (parts.length === 1 && parts[0] === 'search') return { screen: 'search', query: formatSearch(parseSearch(query)) };
   if (parts.length === 1 && (parts[0] === 'models' || parts[0] === 'files' || parts[0] === 'labels')) return { screen: parts[0] };
   return { screen: 'library' };
@@ -73,7 +73,7 @@ export function parseRoute(hash) {
  * @param {Pick<import('../state-types.js').State, 'route'|'review'>} state
  * @returns {string|null}
  */
-export function placeOf({ route, review }) {
+export function currentAddress({ route, review }) {
   if (route.screen !== 'review' || !review?.timebase || review.playing || review.video.id !== route.video) return null;
   // while another run is being opened, the previous one is still on the screen
   if (route.run !== null && review.run !== null && review.run.id !== route.run) return null;
@@ -90,7 +90,7 @@ export function placeOf({ route, review }) {
  * @param {string|null} run   the open run, used if the earlier address of the review names none
  * @returns {boolean}
  */
-export function samePlace(before, route, run) {
+export function isSameView(before, route, run) {
   if (before.screen !== 'review' || route.screen !== 'review') return before.screen === route.screen;
   return before.video === route.video && (before.run === route.run || (before.run ?? run) === route.run);
 }
@@ -104,14 +104,14 @@ function pairsOf(query) {
   const values = {};
   for (const pair of query.split('&')) {
     const [name, value = ''] = pair.split('=');
-    const text = decoded(value);
+    const text = decode(value);
     if (text !== null) values[name] = text;
   }
   return values;
 }
 
 /** @param {string} text @returns {string|null} null: an invalid escape, treated as absent */
-function decoded(text) {
+function decode(text) {
   try {
     return decodeURIComponent(text);
   } catch {

@@ -7,7 +7,7 @@
  */
 
 /** @param {RunChoice} choice @returns {string} the form in which it is remembered */
-export const keptChoice = ({ preset, parameters }) => JSON.stringify({ preset, parameters });
+export const formatRunChoice = ({ preset, parameters }) => JSON.stringify({ preset, parameters });
 
 /**
  * The remembered choice, checked field by field, because it may come from another version.
@@ -17,19 +17,19 @@ export const keptChoice = ({ preset, parameters }) => JSON.stringify({ preset, p
  * @param {readonly Parameter[]} parameters   the parameters that exist
  * @returns {RunChoice}
  */
-export function restoredChoice(text, presets, parameters) {
+export function parseRunChoice(text, presets, parameters) {
   /** @type {RunChoice} */
-  const usual = { preset: presets.includes('default') ? 'default' : (presets[0] ?? 'default'), parameters: {} };
-  const kept = parsed(text);
-  if (kept === null || typeof kept !== 'object' || !presets.includes(Reflect.get(kept, 'preset'))) return usual;
-  const values = Reflect.get(kept, 'parameters');
+  const defaults = { preset: presets.includes('default') ? 'default' : (presets[0] ?? 'default'), parameters: {} };
+  const stored = parseJson(text);
+  if (stored === null || typeof stored !== 'object' || !presets.includes(Reflect.get(stored, 'preset'))) return defaults;
+  const values = Reflect.get(stored, 'parameters');
   const known = new Set(parameters.map(({ name }) => name));
   const pairs = values !== null && typeof values === 'object' ? Object.entries(values).filter(([name]) => known.has(name)) : [];
-  return { preset: Reflect.get(kept, 'preset'), parameters: Object.fromEntries(pairs) };
+  return { preset: Reflect.get(stored, 'preset'), parameters: Object.fromEntries(pairs) };
 }
 
 /** @param {string|null} text @returns {unknown} */
-function parsed(text) {
+function parseJson(text) {
   try {
     return JSON.parse(text ?? 'null');
   } catch {

@@ -6,7 +6,7 @@
  */
 
 /** @param {Run} run @returns {number} 0..1 */
-export function runPart(run) {
+export function runShare(run) {
   return done(run, 1);
 }
 
@@ -16,7 +16,7 @@ export function runPercent(run) {
 }
 
 /** Whether it stopped early and can be resumed. @param {Run} run */
-export function resumable({ kind, state }) {
+export function isResumable({ kind, state }) {
   return kind === 'engine' && ['cancelled', 'interrupted', 'failed'].includes(state);
 }
 

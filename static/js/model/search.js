@@ -54,16 +54,16 @@ export const NO_SEARCH = Object.freeze({
 export function parseSearch(query) {
   const pairs = query.split('&').map((pair) => {
     const [key, ...value] = pair.split('=');
-    return [decoded(key), decoded(value.join('='))];
+    return [decode(key), decode(value.join('='))];
   });
   /** @type {Record<string, string|string[]>} */
   const found = {};
-  for (const [name, usual] of Object.entries(NO_SEARCH)) {
+  for (const [name, defaultValue] of Object.entries(NO_SEARCH)) {
     const values = pairs
       .filter(([key]) => key === name)
       .map(([, value]) => value.trim())
       .filter(Boolean);
-    found[name] = Array.isArray(usual) ? [...new Set(values)] : (values.at(-1) ?? usual);
+    found[name] = Array.isArray(defaultValue) ? [...new Set(values)] : (values.at(-1) ?? defaultValue);
   }
   return /** @type {any} */ (found);
 }
@@ -77,16 +77,16 @@ export function parseSearch(query) {
 export function formatSearch(filters) {
   /** @type {string[]} */
   const pairs = [];
-  for (const [name, usual] of Object.entries(NO_SEARCH)) {
+  for (const [name, defaultValue] of Object.entries(NO_SEARCH)) {
     const value = filters[/** @type {keyof SearchFilters} */ (name)];
-    const said = Array.isArray(value) ? value : value === usual ? [] : [value];
-    pairs.push(...said.map((one) => `${name}=${encodeURIComponent(one)}`));
+    const values = Array.isArray(value) ? value : value === defaultValue ? [] : [value];
+    pairs.push(...values.map((one) => `${name}=${encodeURIComponent(one)}`));
   }
   return pairs.join('&');
 }
 
 /** @param {string} text @returns {string} unchanged if its escapes are invalid */
-function decoded(text) {
+function decode(text) {
   try {
     return decodeURIComponent(text.replaceAll('+', ' '));
   } catch {
@@ -95,7 +95,7 @@ function decoded(text) {
 }
 
 /** Whether a filter outside the first row is set. @param {SearchFilters} filters */
-export const hasFurther = ({ attribute, author, since, until, tag, video, runs }) =>
+export const hasSecondaryFilter = ({ attribute, author, since, until, tag, video, runs }) =>
   attribute.length + author.length + tag.length > 0 || since !== '' || until !== '' || video !== '' || runs !== 'current';
 
 /**
@@ -103,14 +103,14 @@ export const hasFurther = ({ attribute, author, since, until, tag, video, runs }
  *
  * @param {readonly {name: string}[]} labels   those that the search has found for the words
  * @param {readonly string[]} words
- * @param {number} [most]   number of names to list
+ * @param {number} [maxNames]   number of names to list
  */
-export function meantWords(labels, words, most = Infinity) {
+export function describeMatchedLabels(labels, words, maxNames = Infinity) {
   const names = [...new Set(labels.map(({ name }) => name))];
   const typed = new Set(words.map((word) => word.toLowerCase()));
   if (names.every((name) => typed.has(name.toLowerCase()))) return '';
-  const rest = names.length > most ? ` and ${names.length - most} more` : '';
-  return `${names.length === 1 ? 'Label' : 'Labels'}: ${names.slice(0, most).join(', ')}${rest}.`;
+  const rest = names.length > maxNames ? ` and ${names.length - maxNames} more` : '';
+  return `${names.length === 1 ? 'Label' : 'Labels'}: ${names.slice(0, maxNames).join(', ')}${rest}.`;
 }
 
 /** The id of a track across all runs. @param {{run: string, key: string}} track */
@@ -122,19 +122,19 @@ export const idOf = ({ run, key }) => `${run}/${key}`;
  * @param {ReadonlySet<string>} selected
  * @param {readonly FoundTrack[]} tracks   in their order
  * @param {number} anchor                  index of the start of a range
- * @param {number} at                      present index
- * @param {'only'|'toggle'|'range'} how
+ * @param {number} index                      present index
+ * @param {'only'|'toggle'|'range'} mode
  * @returns {Set<string>}
  */
-export function select(selected, tracks, anchor, at, how) {
-  if (!tracks[at]) return new Set(selected);
-  if (how === 'only') return new Set([idOf(tracks[at])]);
-  if (how === 'range') {
-    const [low, high] = anchor < at ? [anchor, at] : [at, anchor];
+export function selectTracks(selected, tracks, anchor, index, mode) {
+  if (!tracks[index]) return new Set(selected);
+  if (mode === 'only') return new Set([idOf(tracks[index])]);
+  if (mode === 'range') {
+    const [low, high] = anchor < index ? [anchor, index] : [index, anchor];
     return new Set(tracks.slice(Math.max(0, low), high + 1).map(idOf));
   }
   const next = new Set(selected);
-  if (!next.delete(idOf(tracks[at]))) next.add(idOf(tracks[at]));
+  if (!next.delete(idOf(tracks[index]))) next.add(idOf(tracks[index]));
   return next;
 }
 

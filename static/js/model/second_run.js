@@ -11,4 +11,4 @@
  * @param {string|null} open      the run on the screen
  * @returns {Run[]}
  */
-export const layable = (runs, open) => runs.filter((run) => run.id !== open && (run.state === 'complete' || run.frames_done > 0));
+export const overlayableRuns = (runs, open) => runs.filter((run) => run.id !== open && (run.state === 'complete' || run.frames_done > 0));

@@ -10,40 +10,40 @@ import { plural } from './format.js';
  * @param {string} path
  * @returns {readonly string[]}
  */
-export const toggled = (chosen, path) => (chosen.includes(path) ? chosen.filter((other) => other !== path) : [...chosen, path]);
+export const togglePath = (chosen, path) => (chosen.includes(path) ? chosen.filter((other) => other !== path) : [...chosen, path]);
 
 /**
  * Process things one after the other; a failure does not stop the rest.
  *
  * @template T, R
- * @param {readonly T[]} things
+ * @param {readonly T[]} items
  * @param {(thing: T) => Promise<R>} act
- * @param {(thrown: unknown) => string} words
+ * @param {(thrown: unknown) => string} describeError
  * @returns {Promise<{done: R[], left: T[], errors: string[]}>} `left`: the failed ones; `errors`: one for each of them
  */
-export async function oneByOne(things, act, words) {
+export async function processAll(items, act, describeError) {
   /** @type {{done: R[], left: T[], errors: string[]}} */
   const found = { done: [], left: [], errors: [] };
-  for (const thing of things) {
+  for (const item of items) {
     try {
-      found.done.push(await act(thing));
+      found.done.push(await act(item));
     } catch (thrown) {
-      found.left.push(thing);
-      found.errors.push(words(thrown));
+      found.left.push(item);
+      found.errors.push(describeError(thrown));
     }
   }
   return found;
 }
 
 /** The videos on which the engine can run and has not run. @param {readonly Video[]} videos @returns {Video[]} */
-export const notRunYet = (videos) => videos.filter(({ state, missing, runs }) => state === 'ready' && !missing && runs === 0);
+export const videosWithoutRun = (videos) => videos.filter(({ state, missing, runs }) => state === 'ready' && !missing && runs === 0);
 
 /** The message about added videos. @param {readonly Video[]} added @returns {string} */
-export function addedWords(added) {
-  const coming = added.filter(({ state }) => state === 'importing').length;
-  if (added.length === 1) return `${added[0].name} is ${coming ? 'being imported' : 'in the library'}.`;
-  if (coming === 0) return `${plural(added.length, 'video')} are in the library.`;
-  return coming === added.length
-    ? `${coming} videos are being imported.`
-    : `${coming} of ${added.length} videos are being imported, the rest are in the library.`;
+export function addedMessage(added) {
+  const importing = added.filter(({ state }) => state === 'importing').length;
+  if (added.length === 1) return `${added[0].name} is ${importing ? 'being imported' : 'in the library'}.`;
+  if (importing === 0) return `${plural(added.length, 'video')} are in the library.`;
+  return importing === added.length
+    ? `${importing} videos are being imported.`
+    : `${importing} of ${added.length} videos are being imported, the rest are in the library.`;
 }

@@ -1,23 +1,23 @@
 // @ts-check
 /**
- * Permissions, assignments, and the history of a track in words. Pure.
+ * Permissions, assignments, and the history of a track as text. Pure.
  *
  * @typedef {import('../types.js').Assignment} Assignment
  * @typedef {import('../types.js').Session} Session
  * @typedef {import('../types.js').TrackDifference} TrackDifference
  * @typedef {import('../types.js').Label} Label
  */
-import { className } from './labels.js';
+import { labelName } from './labels.js';
 import { trackName } from './track_name.js';
 
 const ROLES = /** @type {const} */ (['viewer', 'annotator', 'reviewer', 'admin']);
 /** @typedef {typeof ROLES[number]} Role */
 
-/** Whether the signed-in person has at least a role. Always true in a library without people. @param {Session|null} session @param {Role} least */
-export const may = (session, least) => !session?.person || ROLES.indexOf(session.person.role) >= ROLES.indexOf(least);
+/** Whether the signed-in person has at least a role. Always true in a library without people. @param {Session|null} session @param {Role} minRole */
+export const may = (session, minRole) => !session?.person || ROLES.indexOf(session.person.role) >= ROLES.indexOf(minRole);
 
 /** Why the person cannot change anything; null: they can. @param {Session|null} session @returns {string|null} */
-export const readOnly = (session) =>
+export const readOnlyReason = (session) =>
   may(session, 'annotator')
     ? null
     : 'You are a viewer here: you can look at everything and change nothing. Ask an administrator for another role.';
@@ -28,11 +28,12 @@ export const STATES = { assigned: 'To do', in_review: 'In review', returned: 'Re
 const ORDER = { returned: 0, assigned: 1, in_review: 2, done: 3 };
 
 /** Assignments that wait for a person: returned ones first, then by age. @param {readonly Assignment[]} assignments @param {string} name */
-export const workOf = (assignments, name) =>
+export const waitingAssignments = (assignments, name) =>
   inOrder(assignments.filter(({ person, state }) => person === name && (state === 'returned' || state === 'assigned')));
 
 /** Assignments that others have handed in. @param {readonly Assignment[]} assignments @param {string} name */
-export const toReview = (assignments, name) => inOrder(assignments.filter(({ person, state }) => person !== name && state === 'in_review'));
+export const assignmentsToReview = (assignments, name) =>
+  inOrder(assignments.filter(({ person, state }) => person !== name && state === 'in_review'));
 
 /** @param {Assignment[]} found */
 const inOrder = (found) => found.sort((a, b) => ORDER[a.state] - ORDER[b.state] || a.id - b.id);
@@ -45,10 +46,10 @@ const inOrder = (found) => found.sort((a, b) => ORDER[a.state] - ORDER[b.state] 
  * @param {number|null} open   id of the open assignment
  * @returns {Assignment|null}
  */
-export function nextWork(assignments, session, open) {
+export function nextAssignment(assignments, session, open) {
   const name = session?.person?.name;
   if (name === undefined) return null;
-  const found = [...workOf(assignments, name), ...(may(session, 'reviewer') ? toReview(assignments, name) : [])];
+  const found = [...waitingAssignments(assignments, name), ...(may(session, 'reviewer') ? assignmentsToReview(assignments, name) : [])];
   const next = found[found.findIndex(({ id }) => id === open) + 1] ?? found[0] ?? null;
   return next?.id === open ? null : next;
 }
@@ -62,20 +63,20 @@ export function nextWork(assignments, session, open) {
  * @param {number} frame   of several assignments for a video, the one with this frame is chosen
  * @returns {Assignment|null}
  */
-export function workHere(assignments, session, video, frame) {
+export function currentAssignment(assignments, session, video, frame) {
   const name = session?.person?.name;
   if (name === undefined) return null;
-  const here = assignments.filter(
+  const candidates = assignments.filter(
     (one) =>
       one.video_id === video && one.state !== 'done' && (one.person === name || (may(session, 'reviewer') && one.state === 'in_review')),
   );
-  const holds = /** @param {Assignment} one */ (one) => one.first <= frame && (one.stop === null || frame < one.stop);
-  const rank = /** @param {Assignment} one */ (one) => (holds(one) ? 0 : 2) + (one.person === name ? 0 : 1);
-  return here.sort((a, b) => rank(a) - rank(b) || a.first - b.first)[0] ?? null;
+  const containsFrame = /** @param {Assignment} one */ (one) => one.first <= frame && (one.stop === null || frame < one.stop);
+  const rank = /** @param {Assignment} one */ (one) => (containsFrame(one) ? 0 : 2) + (one.person === name ? 0 : 1);
+  return candidates.sort((a, b) => rank(a) - rank(b) || a.first - b.first)[0] ?? null;
 }
 
 /** @param {Pick<Assignment, 'first'|'stop'>} assignment */
-export function framesOf({ first, stop }) {
+export function assignedFrames({ first, stop }) {
   if (stop === null) return first === 0 ? 'all frames' : `from frame ${first}`;
   return `frames ${first} to ${stop - 1}`;
 }
@@ -87,62 +88,62 @@ export function framesOf({ first, stop }) {
  * @param {readonly Label[]} labels
  * @returns {string}
  */
-export function differenceWords({ what, before, after, more }, labels) {
+export function describeDifference({ what, before, after, more }, labels) {
   const rest = more > 0 ? ` and ${more} more` : '';
-  if (what === 'label') return `Label: ${labelWords(before, labels)} → ${labelWords(after, labels)}`;
+  if (what === 'label') return `Label: ${describeLabel(before, labels)} → ${describeLabel(after, labels)}`;
   if (what === 'review') return `Verdict: ${VERDICTS[before] ?? before} → ${VERDICTS[after] ?? after}`;
   if (what === 'merged into') return after === null ? 'Merge taken back' : `Merged into track ${trackName(after)}`;
-  if (typeof after === 'boolean') return after ? capital(what) : `No longer ${what}`;
-  if (what === 'boxes') return boxWords(before, after) + rest;
-  if (what === 'notes' || what === 'attributes') return pairWords(what, before, after) + rest;
+  if (typeof after === 'boolean') return after ? capitalized(what) : `No longer ${what}`;
+  if (what === 'boxes') return describeBoxes(before, after) + rest;
+  if (what === 'notes' || what === 'attributes') return describePairs(what, before, after) + rest;
   if (Array.isArray(before) && Array.isArray(after)) {
-    const [gone, come] = [missing(before, after), missing(after, before)];
-    return `${capital(what)}: ${[come.length ? `set at ${some(come)}` : '', gone.length ? `removed at ${some(gone)}` : ''].filter(Boolean).join(', ')}`;
+    const [removed, added] = [missing(before, after), missing(after, before)];
+    return `${capitalized(what)}: ${[added.length ? `set at ${listSome(added)}` : '', removed.length ? `removed at ${listSome(removed)}` : ''].filter(Boolean).join(', ')}`;
   }
-  return `${capital(what)} changed${rest}`;
+  return `${capitalized(what)} changed${rest}`;
 }
 
 /** @type {Record<string, string>} */
 const VERDICTS = { open: 'undecided', accepted: 'accepted', rejected: 'false positive', needs_work: 'needs work' };
 
 /** @param {any} id @param {readonly Label[]} labels */
-const labelWords = (id, labels) => (id === null ? 'the engine’s' : className(labels, id));
+const describeLabel = (id, labels) => (id === null ? 'the engine’s' : labelName(labels, id));
 
 /** @param {Record<string, number[]>} before @param {Record<string, number[]>} after */
-function boxWords(before, after) {
+function describeBoxes(before, after) {
   const set = Object.keys(after);
-  const gone = Object.keys(before).filter((frame) => !(frame in after));
-  const single = set.length === 1 && gone.length === 0 ? set[0] : null;
+  const removed = Object.keys(before).filter((frame) => !(frame in after));
+  const single = set.length === 1 && removed.length === 0 ? set[0] : null;
   if (single !== null) {
-    const now = numbers(after[single]);
-    return before[single] ? `Box in frame ${single}: ${numbers(before[single])} → ${now}` : `Box in frame ${single}: ${now}`;
+    const now = boxText(after[single]);
+    return before[single] ? `Box in frame ${single}: ${boxText(before[single])} → ${now}` : `Box in frame ${single}: ${now}`;
   }
-  return `Boxes: ${[set.length ? `set in frames ${some(set)}` : '', gone.length ? `removed in frames ${some(gone)}` : ''].filter(Boolean).join(', ')}`;
+  return `Boxes: ${[set.length ? `set in frames ${listSome(set)}` : '', removed.length ? `removed in frames ${listSome(removed)}` : ''].filter(Boolean).join(', ')}`;
 }
 
 /** @param {string} what @param {Record<string, unknown>} before @param {Record<string, unknown>} after */
-function pairWords(what, before, after) {
+function describePairs(what, before, after) {
   const named = what === 'attributes';
   const lines = [...new Set([...Object.keys(before), ...Object.keys(after)])].map((key) => {
     const [old, now] = [before[key], after[key]];
-    const told = now === undefined ? `“${old}” removed` : old === undefined ? `“${now}”` : `“${old}” → “${now}”`;
-    return named ? `${key} ${told}` : told;
+    const text = now === undefined ? `“${old}” removed` : old === undefined ? `“${now}”` : `“${old}” → “${now}”`;
+    return named ? `${key} ${text}` : text;
   });
   return `${named ? 'Attributes' : 'Note'}: ${lines.join('; ')}`;
 }
 
 /** @param {number[]} box */
-const numbers = (box) => box.map((value) => Math.round(value * 10) / 10).join(', ');
+const boxText = (box) => box.map((value) => Math.round(value * 10) / 10).join(', ');
 /** @param {readonly unknown[]} list @param {readonly unknown[]} other */
 const missing = (list, other) => list.filter((one) => !other.some((same) => JSON.stringify(same) === JSON.stringify(one)));
 /** @param {readonly unknown[]} list */
-const some = (list) =>
+const listSome = (list) =>
   `${list
     .slice(0, 5)
     .map((one) => (Array.isArray(one) ? one.slice(1).join('–') : String(one)))
     .join(', ')}${list.length > 5 ? ` and ${list.length - 5} more` : ''}`;
 /** @param {string} text */
-const capital = (text) => text[0].toUpperCase() + text.slice(1);
+const capitalized = (text) => text[0].toUpperCase() + text.slice(1);
 
 /** Decided tracks per hour of work; null: too little data. @param {{decided: number, hours: number}} worker */
-export const anHour = ({ decided, hours }) => (hours >= 0.05 && decided > 0 ? Math.round(decided / hours) : null);
+export const tracksPerHour = ({ decided, hours }) => (hours >= 0.05 && decided > 0 ? Math.round(decided / hours) : null);

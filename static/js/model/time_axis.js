@@ -6,7 +6,7 @@
  */
 
 /** Minimum number of frames on the axis. */
-export const LEAST = 8;
+export const MIN_FRAMES = 8;
 const STEPS = [1, 2, 5];
 
 /** @param {Span} span @param {number} frame @param {number} width @returns {number} px of the left edge of a frame */
@@ -29,14 +29,14 @@ export function toFrame(span, x, width) {
  * @returns {Span}
  */
 export function zoomAround(span, frame, factor, frames) {
-  const length = Math.min(Math.max((span.last - span.first) * factor, Math.min(LEAST, frames)), Math.max(1, frames));
+  const length = Math.min(Math.max((span.last - span.first) * factor, Math.min(MIN_FRAMES, frames)), Math.max(1, frames));
   const share = (frame - span.first) / (span.last - span.first);
-  return within(frame - share * length, length, frames);
+  return clampSpan(frame - share * length, length, frames);
 }
 
 /** @param {Span} span @param {number} by   frames @param {number} frames @returns {Span} */
 export function panBy(span, by, frames) {
-  return within(span.first + by, span.last - span.first, frames);
+  return clampSpan(span.first + by, span.last - span.first, frames);
 }
 
 /**
@@ -50,26 +50,26 @@ export function panBy(span, by, frames) {
 export function reveal(span, frame, frames) {
   if (frame >= span.first && frame + 1 <= span.last) return span;
   const length = span.last - span.first;
-  return within(frame - length * (frame < span.first ? 0.9 : 0.1), length, frames);
+  return clampSpan(frame - length * (frame < span.first ? 0.9 : 0.1), length, frames);
 }
 
 /** @param {number} first @param {number} last   inclusive @param {number} frames @returns {Span} with margins on both sides */
 export function spanAround(first, last, frames) {
-  const length = Math.min(Math.max((last - first + 1) * 1.3, LEAST * 4), Math.max(1, frames));
-  return within((first + last + 1 - length) / 2, length, frames);
+  const length = Math.min(Math.max((last - first + 1) * 1.3, MIN_FRAMES * 4), Math.max(1, frames));
+  return clampSpan((first + last + 1 - length) / 2, length, frames);
 }
 
 /**
  * Frames between two ticks.
  *
  * @param {number} framesPerPixel
- * @param {number} room   width of a label, px
+ * @param {number} labelWidth   width of a label, px
  * @returns {number} 1, 2 or 5 times a power of ten
  */
-export function tickStep(framesPerPixel, room) {
-  const least = Math.max(1, framesPerPixel * room);
-  const power = 10 ** Math.floor(Math.log10(least));
-  for (const step of STEPS) if (step * power >= least) return step * power;
+export function tickStep(framesPerPixel, labelWidth) {
+  const minStep = Math.max(1, framesPerPixel * labelWidth);
+  const power = 10 ** Math.floor(Math.log10(minStep));
+  for (const step of STEPS) if (step * power >= minStep) return step * power;
   return 10 * power;
 }
 
@@ -77,11 +77,11 @@ export function tickStep(framesPerPixel, room) {
  * A time label for the axis, with as many digits as the distance of ticks requires.
  *
  * @param {number} seconds
- * @param {number} apart   seconds between two ticks
+ * @param {number} tickInterval   seconds between two ticks
  * @returns {string} `1:02:03`, `2:03.4`
  */
-export function timeLabel(seconds, apart) {
-  const digits = apart >= 1 ? 0 : apart >= 0.1 ? 1 : apart >= 0.01 ? 2 : 3;
+export function timeLabel(seconds, tickInterval) {
+  const digits = tickInterval >= 1 ? 0 : tickInterval >= 0.1 ? 1 : tickInterval >= 0.01 ? 2 : 3;
   const unit = 10 ** digits;
   const ticks = Math.round(Math.max(0, seconds) * unit);
   const whole = Math.floor(ticks / unit);
@@ -92,7 +92,7 @@ export function timeLabel(seconds, apart) {
 }
 
 /** @param {number} start @param {number} length @param {number} frames @returns {Span} */
-function within(start, length, frames) {
+function clampSpan(start, length, frames) {
   const size = Math.min(length, Math.max(1, frames));
   const first = Math.min(Math.max(0, start), Math.max(0, frames - size));
   return { first, last: first + size };

@@ -51,11 +51,11 @@ export function createTimebase(table) {
       return (ticks[row] + (frame - starts[row]) * strides[row]) * unit;
     },
     frameAt(seconds) {
-      const wanted = seconds / unit + 1e-6;
-      if (starts.length === 0 || wanted <= 0) return 0;
-      if (wanted >= end) return table.frames - 1;
-      const row = Math.max(0, upperBound(ticks, wanted) - 1);
-      return Math.min(table.frames - 1, starts[row] + Math.floor((wanted - ticks[row]) / strides[row]));
+      const tick = seconds / unit + 1e-6;
+      if (starts.length === 0 || tick <= 0) return 0;
+      if (tick >= end) return table.frames - 1;
+      const row = Math.max(0, upperBound(ticks, tick) - 1);
+      return Math.min(table.frames - 1, starts[row] + Math.floor((tick - ticks[row]) / strides[row]));
     },
     isKey: (frame) => keys[upperBound(keys, frame) - 1] === frame,
     isCorrupt: (frame) => corrupt[upperBound(corrupt, frame) - 1] === frame,

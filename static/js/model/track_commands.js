@@ -5,8 +5,20 @@
  * @typedef {import('../types.js').Command} Command
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  */
-import { CommandError, needed } from './command_error.js';
-import { OPEN_END, beganAs, blankDoc, clip, isEmpty, keysWithin, lastKey, lineAt, said, stateOf, withKey } from './documents.js';
+import { CommandError, requireValue } from './command_error.js';
+import {
+  OPEN_END,
+  originTrack,
+  blankDoc,
+  clipSegments,
+  isEmpty,
+  keysWithin,
+  lastKey,
+  keyFrameBoxAt,
+  nonDefaultFields,
+  stateOf,
+  withKey,
+} from './documents.js';
 import { join } from './join.js';
 
 /**
@@ -37,41 +49,41 @@ export function merge(docs, doc, command) {
  */
 export function split(docs, doc, command) {
   const { frame } = command;
-  const made = needed(command.new_key, 'new_key');
-  if (docs[made]) throw new CommandError(`There is a track ${made} already.`);
-  const before = frame > 0 ? lineAt(doc, frame - 1) : null;
-  const at = lineAt(doc, frame);
+  const newKey = requireValue(command.new_key, 'new_key');
+  if (docs[newKey]) throw new CommandError(`There is a track ${newKey} already.`);
+  const before = frame > 0 ? keyFrameBoxAt(doc, frame - 1) : null;
+  const at = keyFrameBoxAt(doc, frame);
   if (at !== null && !doc.keys[frame]) doc = withKey(doc, frame, { box: at });
   if (before !== null && !doc.keys[frame - 1]) doc = withKey(doc, frame - 1, { box: before });
   const later = keysWithin(doc, frame, Infinity);
-  const carried = lastKey(doc, frame);
-  if (carried !== null && carried < frame) {
-    const state = stateOf(doc.keys[carried]);
+  const keyBefore = lastKey(doc, frame);
+  if (keyBefore !== null && keyBefore < frame) {
+    const state = stateOf(doc.keys[keyBefore]);
     if (state.occluded || state.outside || state.attributes) {
       later[frame] = { box: null, class_id: null, followed: false, ...state, interpolate: false };
     }
   }
   /** @type {TrackDoc} */
-  const fresh = {
-    ...blankDoc(made),
+  const laterDoc = {
+    ...blankDoc(newKey),
     class_id: doc.class_id,
     not_a_sign: doc.not_a_sign,
-    ...said(doc),
-    segments: clip(doc.segments, frame, OPEN_END),
+    ...nonDefaultFields(doc),
+    segments: clipSegments(doc.segments, frame, OPEN_END),
     keys: later,
     notes: doc.notes.filter((n) => n.frame >= frame),
   };
-  const old = {
+  const earlierDoc = {
     ...doc,
-    segments: clip(doc.segments, -1, frame - 1),
+    segments: clipSegments(doc.segments, -1, frame - 1),
     keys: keysWithin(doc, -1, frame - 1),
     notes: doc.notes.filter((n) => n.frame < frame),
   };
-  if (isEmpty(old) || isEmpty(fresh)) {
+  if (isEmpty(earlierDoc) || isEmpty(laterDoc)) {
     throw new CommandError(`Track ${doc.key} has nothing on one side of frame ${frame}. Split it in between.`);
   }
   const class_id = command.class_id ?? null;
-  return { [old.key]: withClass(old, class_id), [fresh.key]: withClass(fresh, class_id) };
+  return { [earlierDoc.key]: withClass(earlierDoc, class_id), [laterDoc.key]: withClass(laterDoc, class_id) };
 }
 
 /**
@@ -81,5 +93,5 @@ export function split(docs, doc, command) {
  * @returns {TrackDoc}
  */
 function withClass(doc, class_id) {
-  return doc.class_id !== null || beganAs(doc) !== null ? doc : { ...doc, class_id };
+  return doc.class_id !== null || originTrack(doc) !== null ? doc : { ...doc, class_id };
 }

@@ -14,7 +14,7 @@
  * @property {boolean} whole          exactly that engine track: neither split nor merged
  * @property {number} first           first frame
  * @property {number} last            last frame, inclusive
- * @property {readonly import('./join.js').Span[]} runs   ranges of frames in which it shows something
+ * @property {readonly import('./join.js').Span[]} spans   ranges of frames in which it shows something
  * @property {number|null} class_id   a person's label, also `NO_CLASS`, else the engine's
  * @property {boolean} relabelled     the label is a person's
  * @property {number|null} uncertainty      probability that a person changes it, 0..1; null: not known
@@ -31,7 +31,7 @@
 import { answerText } from './attributes.js';
 import { NO_CLASS, verdictOf } from './documents.js';
 import { spanOf } from './effective.js';
-import { shownRuns } from './shown_runs.js';
+import { shownSpans } from './shown_spans.js';
 import { piecesOfDocument } from './track_lane.js';
 import { trackName } from './track_name.js';
 
@@ -46,12 +46,12 @@ let latest = null;
  * @returns {readonly TrackEntry[]} the same list for the same arguments
  */
 export function trackEntries(tracks, docs) {
-  if (latest === null || latest.tracks !== tracks || latest.docs !== docs) latest = { tracks, docs, entries: listed(tracks, docs) };
+  if (latest === null || latest.tracks !== tracks || latest.docs !== docs) latest = { tracks, docs, entries: buildEntries(tracks, docs) };
   return latest.entries;
 }
 
 /** @param {TrackColumns|null} tracks @param {Record<string, TrackDoc>} docs @returns {TrackEntry[]} */
-function listed(tracks, docs) {
+function buildEntries(tracks, docs) {
   /** @type {TrackEntry[]} */
   const entries = [];
   /** @type {Map<number, number>} */
@@ -65,15 +65,15 @@ function listed(tracks, docs) {
     else if (!doc.gone) entries.push(documentEntry(tracks, columnOf, doc, i));
   }
   /** @type {TrackEntry[]} */
-  const own = [];
+  const humanEntries = [];
   for (const key in docs) {
     const doc = docs[key];
     if (doc.gone || (key.startsWith('m') && columnOf.has(Number(key.slice(1))))) continue;
     const column = doc.segments.length > 0 ? (columnOf.get(doc.segments[0].track) ?? -1) : -1;
-    own.push(documentEntry(tracks, columnOf, doc, column));
+    humanEntries.push(documentEntry(tracks, columnOf, doc, column));
   }
-  own.sort((a, b) => a.first - b.first || (a.key < b.key ? -1 : 1));
-  return entries.concat(own);
+  humanEntries.sort((a, b) => a.first - b.first || (a.key < b.key ? -1 : 1));
+  return entries.concat(humanEntries);
 }
 
 /**
@@ -91,7 +91,7 @@ function engineEntry(tracks, i, key) {
     whole: true,
     first: tracks.first[i],
     last: tracks.last[i],
-    runs: [[tracks.first[i], tracks.last[i]]],
+    spans: [[tracks.first[i], tracks.last[i]]],
     class_id: tracks.class_id[i],
     word: tracks.word?.[i] ?? null,
     relabelled: false,
@@ -115,32 +115,32 @@ function engineEntry(tracks, i, key) {
  * @returns {TrackEntry}
  */
 function documentEntry(tracks, columnOf, doc, column) {
-  const known = tracks !== null && column >= 0;
-  const own = doc.key.startsWith('m') && column >= 0;
+  const hasColumn = tracks !== null && column >= 0;
+  const isEngineTrack = doc.key.startsWith('m') && column >= 0;
   /** @param {number} track */
   const lastOf = (track) => {
-    const place = columnOf.get(track);
-    return place === undefined || tracks === null ? null : tracks.last[place];
+    const index = columnOf.get(track);
+    return index === undefined || tracks === null ? null : tracks.last[index];
   };
-  const runs = shownRuns(doc, lastOf);
-  const span = runs.length > 0 ? { first: runs[0][0], last: runs[runs.length - 1][1] } : spanOf(doc, lastOf);
-  const first = span?.first ?? (known ? tracks.first[column] : 0);
+  const spans = shownSpans(doc, lastOf);
+  const span = spans.length > 0 ? { first: spans[0][0], last: spans[spans.length - 1][1] } : spanOf(doc, lastOf);
+  const first = span?.first ?? (hasColumn ? tracks.first[column] : 0);
   return {
     key: doc.key,
     name: trackName(doc.key, doc),
-    track: own && tracks ? tracks.id[column] : null,
-    column: known ? column : -1,
-    whole: known && isWhole(tracks, column, doc),
+    track: isEngineTrack && tracks ? tracks.id[column] : null,
+    column: hasColumn ? column : -1,
+    whole: hasColumn && isWhole(tracks, column, doc),
     first,
     last: span?.last ?? first,
-    runs,
-    class_id: doc.class_id ?? (known ? tracks.class_id[column] : null),
-    word: known && doc.class_id === null ? (tracks.word?.[column] ?? null) : null,
+    spans,
+    class_id: doc.class_id ?? (hasColumn ? tracks.class_id[column] : null),
+    word: hasColumn && doc.class_id === null ? (tracks.word?.[column] ?? null) : null,
     relabelled: doc.class_id !== null,
-    uncertainty: known ? uncertaintyOf(tracks, column, doc) : 0,
-    rank: known ? tracks.rank[column] : 0,
-    score: known ? tracks.score[column] : Number.NaN,
-    reasons: known ? reasonsOf(tracks, column, doc) : ['A person drew it.'],
+    uncertainty: hasColumn ? uncertaintyOf(tracks, column, doc) : 0,
+    rank: hasColumn ? tracks.rank[column] : 0,
+    score: hasColumn ? tracks.score[column] : Number.NaN,
+    reasons: hasColumn ? reasonsOf(tracks, column, doc) : ['A person drew it.'],
     review: verdictOf(doc),
     ignore: doc.ignore === true,
     notes: doc.notes.map(({ text }) => text),
@@ -151,8 +151,8 @@ function documentEntry(tracks, columnOf, doc, column) {
 
 /** @param {TrackDoc} doc @returns {string[]} */
 function answersOf(doc) {
-  const said = [doc.attributes, ...Object.values(doc.keys).map(({ attributes }) => attributes)];
-  return [...new Set(said.flatMap((one) => Object.entries(one ?? {}).map(([name, value]) => `${name}=${answerText(value)}`)))];
+  const attributeSets = [doc.attributes, ...Object.values(doc.keys).map(({ attributes }) => attributes)];
+  return [...new Set(attributeSets.flatMap((one) => Object.entries(one ?? {}).map(([name, value]) => `${name}=${answerText(value)}`)))];
 }
 
 /**
@@ -179,9 +179,10 @@ function uncertaintyOf(tracks, column, doc) {
 function reasonsOf(tracks, column, doc) {
   const found = [];
   if (overruled(tracks, column, doc) && !isDecided(doc)) found.push('A person calls it something else than the engine.');
-  const engines = tracks.reasons[column];
-  if (engines.length > 0 && !isWhole(tracks, column, doc)) found.push(`About ${trackName(`m${tracks.id[column]}`)} as the engine made it:`);
-  return found.concat(engines);
+  const engineReasons = tracks.reasons[column];
+  if (engineReasons.length > 0 && !isWhole(tracks, column, doc))
+    found.push(`About ${trackName(`m${tracks.id[column]}`)} as the engine made it:`);
+  return found.concat(engineReasons);
 }
 
 /** Whether a document has exactly the frames of an engine track. @param {TrackColumns} tracks @param {number} column @param {TrackDoc} doc */

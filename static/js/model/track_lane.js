@@ -8,7 +8,7 @@
  *
  * @typedef {import('../types.js').TrackLane} TrackLane
  * @typedef {import('../types.js').TrackDoc} TrackDoc
- * @typedef {import('./plain_words.js').Sentence} Sentence
+ * @typedef {import('./describe_events.js').Sentence} Sentence
  * @typedef {{lane: TrackLane, from: number, to: number}} Piece   indices in the columns of an engine's lane, `to` exclusive
  *
  * @typedef {object} DocumentLane
@@ -27,17 +27,17 @@
  * @property {number} runner_up_share  0 without a runner-up
  */
 import { NO_CLASS } from './documents.js';
-import { sentencesOf } from './plain_words.js';
+import { eventSentences } from './describe_events.js';
 import { trackName } from './track_name.js';
 
 /** Classes whose votes are reported, as in the engine's lanes. */
-const LEADING = 6;
+const MAX_CLASSES = 6;
 /** Fields of a lane that are not columns with one entry per frame. @type {ReadonlySet<keyof TrackLane>} */
 const NOT_BY_FRAME = new Set(
   /** @type {const} */ (['id', 'tau', 'symmetry_floor', 'classes', 'words', 'events', 'votes', 'probabilities']),
 );
 
-/** The last request and its result, because lanes and inspector make the same request. @type {{asked: string, lanes: readonly TrackLane[], found: DocumentLane|null}|null} */
+/** The last request and its result, because lanes and inspector make the same request. @type {{requestKey: string, lanes: readonly TrackLane[], lane: DocumentLane|null}|null} */
 let latest = null;
 
 /**
@@ -47,7 +47,7 @@ let latest = null;
  * @param {TrackDoc|undefined} doc   undefined: nobody has changed it
  * @returns {number[]} empty: a person drew it
  */
-export function tracksBehind(key, doc) {
+export function engineTracksOf(key, doc) {
   if (doc) return [...new Set(doc.segments.map(({ track }) => track))];
   return key.startsWith('m') ? [Number(key.slice(1))] : [];
 }
@@ -70,7 +70,7 @@ export function piecesOfDocument(doc) {
 }
 
 /** Whether all lanes of a track are loaded. If so, a missing lane means that the engine has no frame of it. @param {string} key @param {TrackDoc|undefined} doc @param {Record<number, TrackLane>} lanes */
-export const isLoaded = (key, doc, lanes) => tracksBehind(key, doc).every((track) => lanes[track] !== undefined);
+export const isLoaded = (key, doc, lanes) => engineTracksOf(key, doc).every((track) => lanes[track] !== undefined);
 
 /**
  * The lane of a track.
@@ -82,17 +82,17 @@ export const isLoaded = (key, doc, lanes) => tracksBehind(key, doc).every((track
  */
 export function documentLane(key, doc, lanes) {
   if (!isLoaded(key, doc, lanes)) return null;
-  const loaded = tracksBehind(key, doc).map((track) => lanes[track]);
+  const loaded = engineTracksOf(key, doc).map((track) => lanes[track]);
   const segments = doc && piecesOfDocument(doc);
-  const asked = segments ? segments.map(({ track, first, last }) => `${track}:${first}-${last}`).join() : key;
-  if (latest === null || latest.asked !== asked || latest.lanes.some((lane, i) => lane !== loaded[i])) {
+  const requestKey = segments ? segments.map(({ track, first, last }) => `${track}:${first}-${last}`).join() : key;
+  if (latest === null || latest.requestKey !== requestKey || latest.lanes.some((lane, i) => lane !== loaded[i])) {
     latest = {
-      asked,
+      requestKey,
       lanes: loaded,
-      found: joined(segments ? piecesOf(segments, lanes) : loaded.map((lane) => ({ lane, from: 0, to: lane.frame.length }))),
+      lane: joinPieces(segments ? piecesOf(segments, lanes) : loaded.map((lane) => ({ lane, from: 0, to: lane.frame.length }))),
     };
   }
-  return latest.found;
+  return latest.lane;
 }
 
 /**
@@ -102,16 +102,17 @@ export function documentLane(key, doc, lanes) {
  * @returns {Sentence[]}
  */
 export function sentencesOfTrack({ pieces, whole }) {
-  if (whole) return sentencesOf(pieces[0].lane);
+  if (whole) return eventSentences(pieces[0].lane);
   return pieces.flatMap((piece) => {
     const { lane, from, to } = piece;
     const [first, last] = [lane.frame[from], lane.frame[to - 1]];
-    const own = sentencesOf(lane).filter(({ frame }) => isOf(piece, frame));
+    const sentences = eventSentences(lane).filter(({ frame }) => belongsTo(piece, frame));
     const name = trackName(`m${lane.id}`);
     if (from > 0 || pieces.length > 1)
-      own.unshift({ frame: first, kind: 'joined', text: `from here on this is the engine’s track ${name}` });
-    if (to < lane.frame.length) own.push({ frame: last, kind: 'cut', text: `the engine’s track ${name} continues, but not in this track` });
-    return own;
+      sentences.unshift({ frame: first, kind: 'joined', text: `from here on this is the engine’s track ${name}` });
+    if (to < lane.frame.length)
+      sentences.push({ frame: last, kind: 'cut', text: `the engine’s track ${name} continues, but not in this track` });
+    return sentences;
   });
 }
 
@@ -122,7 +123,7 @@ export function sentencesOfTrack({ pieces, whole }) {
  * @param {Piece} piece
  * @param {number} frame
  */
-function isOf({ lane, from, to }, frame) {
+function belongsTo({ lane, from, to }, frame) {
   return (from === 0 || lane.frame[from] <= frame) && (to === lane.frame.length || frame <= lane.frame[to - 1]);
 }
 
@@ -145,18 +146,18 @@ function piecesOf(segments, lanes) {
 }
 
 /** @param {Piece[]} pieces @returns {DocumentLane|null} */
-function joined(pieces) {
+function joinPieces(pieces) {
   if (pieces.length === 0) return null;
   const [{ lane, from, to }] = pieces;
   const whole = pieces.length === 1 && from === 0 && to === lane.frame.length;
   const track = pieces.flatMap((piece) => new Array(piece.to - piece.from).fill(piece.lane.id));
-  const all = whole ? lane : voted(pieces);
+  const all = whole ? lane : fuseLanes(pieces);
   return { lane: all, track, whole, pieces, reading: readingOf(all) };
 }
 
 /** @param {Piece[]} pieces @returns {TrackLane} */
-function voted(pieces) {
-  const { classes, words, votes, probabilities } = fuse(pieces);
+function fuseLanes(pieces) {
+  const { classes, words, votes, probabilities } = fuseVotes(pieces);
   /** @param {keyof TrackLane} name */
   const column = (name) => pieces.flatMap(({ lane, from, to }) => /** @type {unknown[]} */ (lane[name]).slice(from, to));
   const columns = /** @type {(keyof TrackLane)[]} */ (Object.keys(pieces[0].lane)).filter((name) => !NOT_BY_FRAME.has(name));
@@ -169,7 +170,7 @@ function voted(pieces) {
     words,
     votes,
     probabilities,
-    events: pieces.flatMap((piece) => piece.lane.events.filter(({ frame }) => isOf(piece, frame))),
+    events: pieces.flatMap((piece) => piece.lane.events.filter(({ frame }) => belongsTo(piece, frame))),
   });
 }
 
@@ -180,9 +181,9 @@ function voted(pieces) {
  * @param {Piece[]} pieces
  * @returns {{classes: number[], words: (string|null)[], votes: (number[]|null)[], probabilities: (number[]|null)[]}}
  */
-function fuse(pieces) {
+function fuseVotes(pieces) {
   /** P by label, or by the engine's name, for each entry. @type {(Map<number|string, number>|null)[]} */
-  const seen = [];
+  const probabilityMaps = [];
   /** @type {(number|null)[]} */
   const weights = [];
   for (const { lane, from, to } of pieces) {
@@ -191,29 +192,29 @@ function fuse(pieces) {
       const [top, p] = [lane.top_word?.[i] ?? lane.top[i], lane.top_probability[i]];
       const all = known && new Map(lane.classes.map((id, c) => /** @type {[number|string, number]} */ ([lane.words?.[c] ?? id, known[c]])));
       if (all && top !== null && p !== null && !all.has(top)) all.set(top, p);
-      seen.push(all);
+      probabilityMaps.push(all);
       weights.push(all && lane.weight[i]);
     }
   }
   /** @type {Map<number|string, number>} */
   const sums = new Map();
-  seen.forEach((all, i) => all?.forEach((p, id) => sums.set(id, (sums.get(id) ?? 0) + (weights[i] ?? 0) * p)));
+  probabilityMaps.forEach((all, i) => all?.forEach((p, id) => sums.set(id, (sums.get(id) ?? 0) + (weights[i] ?? 0) * p)));
   const leading = [...sums]
     .filter(([, sum]) => sum > 0)
     .sort((a, b) => b[1] - a[1] || (a[0] < b[0] ? -1 : 1))
-    .slice(0, LEADING)
+    .slice(0, MAX_CLASSES)
     .map(([id]) => id);
-  const probabilities = seen.map((all) => all && leading.map((id) => all.get(id) ?? 0));
-  const so = new Float64Array(leading.length);
-  let whole = 0;
+  const probabilities = probabilityMaps.map((all) => all && leading.map((id) => all.get(id) ?? 0));
+  const cumulative = new Float64Array(leading.length);
+  let totalWeight = 0;
   const votes = probabilities.map((shares, i) => {
     const weight = weights[i];
     if (shares === null || weight === null) return null;
-    whole += weight;
+    totalWeight += weight;
     shares.forEach((p, c) => {
-      so[c] += weight * p;
+      cumulative[c] += weight * p;
     });
-    return Array.from(so, (sum) => sum / whole);
+    return Array.from(cumulative, (sum) => sum / totalWeight);
   });
   const classes = leading.map((id) => (typeof id === 'string' ? NO_CLASS : id));
   return { classes, words: leading.map((id) => (typeof id === 'string' ? id : null)), votes, probabilities };

@@ -25,6 +25,7 @@ export function trackName(key, doc) {
 /**
  * The first of many names, and the number of the rest.
  * @param {readonly string[]} names
- * @param {number} most
+ * @param {number} maxCount
  */
-export const listed = (names, most) => names.slice(0, most).join(', ') + (names.length > most ? ` and ${names.length - most} more` : '');
+export const listNames = (names, maxCount) =>
+  names.slice(0, maxCount).join(', ') + (names.length > maxCount ? ` and ${names.length - maxCount} more` : '');

@@ -27,11 +27,11 @@ export const isChosen = ({ accepted, rejected, left }, choice) =>
   choice === 'all' || (accepted + rejected > 0 && (choice === 'begun' || left === 0));
 
 /** The narrowest choice that contains a video. @param {readonly ReviewSource[]} sources @returns {ReviewChoice} */
-export const firstChoice = (sources) =>
+export const defaultChoice = (sources) =>
   /** @type {const} */ (['finished', 'begun', 'all']).find((choice) => sources.some((one) => isChosen(one, choice))) ?? 'all';
 
 /** What the review of a video contributes, and its progress. @param {ReviewSource} source */
-export function reviewWords({ accepted, rejected, left, edit_revision }) {
+export function describeReview({ accepted, rejected, left, edit_revision }) {
   const parts = [
     `${accepted} accepted`,
     rejected > 0 && `${rejected} false positive${rejected === 1 ? '' : 's'}`,
@@ -41,15 +41,16 @@ export function reviewWords({ accepted, rejected, left, edit_revision }) {
 }
 
 /** A warning about the age of a file before training; empty if nothing has changed since. @param {ExportAge|undefined} age */
-export function ageWords(age) {
+export function describeAge(age) {
   if (!age) return '';
   const { edits, undone, gone } = age;
-  const said = [];
-  if (gone.length > 0) said.push(`The run of ${gone.join(', ')} no longer exists: whether its corrections are still valid is not known.`);
-  if (edits > 0) said.push(`Out of date: ${edits === 1 ? '1 edit was' : `${edits} edits were`} made since.`);
+  const sentences = [];
+  if (gone.length > 0)
+    sentences.push(`The run of ${gone.join(', ')} no longer exists: whether its corrections are still valid is not known.`);
+  if (edits > 0) sentences.push(`Out of date: ${edits === 1 ? '1 edit was' : `${edits} edits were`} made since.`);
   if (undone > 0)
-    said.push(
+    sentences.push(
       `${undone === 1 ? '1 edit that it holds was' : `${undone} edits that it holds were`} undone since, but would still be used for training.`,
     );
-  return said.join(' ');
+  return sentences.join(' ');
 }

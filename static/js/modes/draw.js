@@ -7,6 +7,6 @@ export const draw = {
   exit: () => ({}),
   changesBoxes: false,
   cursor: 'crosshair',
-  take: null,
+  onTrackClick: null,
   hint: () => 'Drag a box for a new track. Hold Shift to correct the selected one. Escape ends.',
 };

@@ -10,8 +10,8 @@
  * @property {(review: ReviewState) => Partial<ReviewState>} exit    changes of the state when the mode ends
  * @property {boolean} changesBoxes                                  whether the selected box has handles, and boxes have a menu
  * @property {string|null} cursor                                    cursor in the whole picture; null: depends on what is under the pointer
- * @property {((review: ReviewState, key: string) => Partial<ReviewState>)|null} take   effect of a click on a track; null: it selects the track
- * @property {(review: ReviewState, absent: boolean) => string} hint   one line above the picture; absent: the selected track has no box in this frame
+ * @property {((review: ReviewState, key: string) => Partial<ReviewState>)|null} onTrackClick   effect of a click on a track; null: it selects the track
+ * @property {(review: ReviewState, hasNoBox: boolean) => string} hint   one line above the picture; absent: the selected track has no box in this frame
  */
 import { draw } from './draw.js';
 import { merge } from './merge.js';
@@ -30,4 +30,4 @@ export const modeOf = (review) => MODES[review.mode];
  * @param {ReviewState['mode']} mode
  * @returns {Partial<ReviewState>}
  */
-export const changed = (review, mode) => ({ drag: null, ...modeOf(review).exit(review), ...MODES[mode].enter(review), mode });
+export const modeChange = (review, mode) => ({ drag: null, ...modeOf(review).exit(review), ...MODES[mode].enter(review), mode });

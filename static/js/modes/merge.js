@@ -1,7 +1,7 @@
 // @ts-check
 /** Merge mode: clicks mark the tracks to merge. The selected track is marked at the start. */
 
-import { listed, trackName } from '../model/track_name.js';
+import { listNames, trackName } from '../model/track_name.js';
 
 /** @type {import('./index.js').Mode} */
 export const merge = {
@@ -9,9 +9,9 @@ export const merge = {
   exit: () => ({ marked: [] }),
   changesBoxes: false,
   cursor: null,
-  take: ({ marked }, key) => ({ marked: marked.includes(key) ? marked.filter((other) => other !== key) : [...marked, key] }),
+  onTrackClick: ({ marked }, key) => ({ marked: marked.includes(key) ? marked.filter((other) => other !== key) : [...marked, key] }),
   hint({ marked, docs }) {
-    const names = listed(
+    const names = listNames(
       marked.map((key) => trackName(key, docs[key])),
       5,
     );

@@ -1,7 +1,7 @@
 // @ts-check
 /** The default mode: a click selects a track, a drag moves or resizes its box. */
 
-import { whyNoBox } from '../model/no_box.js';
+import { whyNoBox } from '../model/missing_box.js';
 import { NO_RUN } from '../model/no_tracks.js';
 
 /** @type {import('./index.js').Mode} */
@@ -10,9 +10,9 @@ export const select = {
   exit: () => ({}),
   changesBoxes: true,
   cursor: null,
-  take: null,
-  hint({ selected, docs, run }, absent) {
-    if (selected) return absent ? whyNoBox(selected, docs[selected]) : '';
+  onTrackClick: null,
+  hint({ selected, docs, run }, hasNoBox) {
+    if (selected) return hasNoBox ? whyNoBox(selected, docs[selected]) : '';
     return run ? 'Click a box to select its track' : NO_RUN;
   },
 };

@@ -33,7 +33,7 @@ export function selectedAttributes(state) {
  * @param {import('../types.js').AttributeValue|null} value   null: removes it
  * @param {boolean} fromHere   from this frame on; otherwise in the whole track
  */
-export function giveAttribute(app, name, value, fromHere) {
+export function setAttribute(app, name, value, fromHere) {
   const { review } = app.store.get();
   const shown = fromHere && review?.selected ? shownTrack(review, review.selected) : null;
   const box = shown === null || shown.origin === 'engine' ? {} : { box: shown.box };
@@ -44,18 +44,18 @@ export function giveAttribute(app, name, value, fromHere) {
  * Check or uncheck a checkbox attribute of the selected track.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {number} digit
- * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [say]
+ * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [notify]
  */
-export function toggleAttribute(app, digit, say = toast) {
+export function toggleAttribute(app, digit, notify = toast) {
   const row = selectedAttributes(app.store.get()).find((one) => one.digit === digit);
   if (!row?.attribute) {
-    say(`The label has no checkbox ${digit}. Add attributes to it on the Labels page.`, { topic: 'attribute' });
+    notify(`The label has no checkbox ${digit}. Add attributes to it on the Labels page.`, { topic: 'attribute' });
     return;
   }
   const value = row.value !== true;
   const { mutable } = row.attribute;
-  if (giveAttribute(app, row.name, value, mutable))
-    say(`${row.name}: ${value ? 'yes' : 'no'}${mutable ? ', from this frame on' : ''}`, { topic: 'attribute' });
+  if (setAttribute(app, row.name, value, mutable))
+    notify(`${row.name}: ${value ? 'yes' : 'no'}${mutable ? ', from this frame on' : ''}`, { topic: 'attribute' });
 }
 
 /** @type {import('../page-types.js').Operation[]} */

@@ -5,15 +5,15 @@ import { toast } from '../core/toast.js';
 import { docOf } from '../editing/revisions.js';
 import { deletedTracks } from '../model/deleted.js';
 import { labelOf } from '../model/effective.js';
-import { settled } from '../model/geometry.js';
+import { normalizeBox } from '../model/geometry.js';
 import { trackName } from '../model/track_name.js';
 import { engineClass, shownTracks } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
-import { framesOf, select, setMode, take } from '../store/actions/review.js';
-import { editSelected, needsBox, needsBoxes, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
-import { around, interpolate, keyRemedy, lackingKey, needsKeys, setKeyFrame, toggle } from './key_frames.js';
+import { frameCount, select, setMode, applyTrackClick } from '../store/actions/review.js';
+import { editSelected, needsBox, needsLoadedBoxes, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
+import { keyFramesAround, interpolate, keyFrameRemedy, missingKeyFrame, needsKeyFrames, setKeyFrame, toggleState } from './key_frames.js';
 import { merge } from './merge.js';
-import { create, grow, nudge, size } from './place_box.js';
+import { createTrack, resizeSelectedBox, moveSelectedBox, pictureSize } from './place_box.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -38,7 +38,7 @@ export function neighbour(state, direction) {
 }
 
 /** @param {App} app @param {1|-1} direction */
-function cycle(app, direction) {
+function selectNeighbour(app, direction) {
   const key = neighbour(app.store.get(), direction);
   if (key !== null) app.store.dispatch(select, key);
 }
@@ -91,7 +91,7 @@ export const boxes = [
     tooltip: 'While merging: M, then Tab to a track and Enter to mark it, then M again (Enter)',
     available: (state) => onReview(state) && state.review?.mode === 'merge',
     disabled: needsTrack,
-    run: (app) => app.store.dispatch((state) => (state.review?.selected ? take(state, state.review.selected) : state)),
+    run: (app) => app.store.dispatch((state) => (state.review?.selected ? applyTrackClick(state, state.review.selected) : state)),
   }),
   operation({
     id: 'split',
@@ -118,7 +118,7 @@ export const boxes = [
     icon: 'key',
     group: GROUP,
     tooltip: 'Keep this box, or release it. If the track has no box here, its nearest one is copied (K)',
-    disabled: needsBoxes,
+    disabled: needsLoadedBoxes,
     run: (app) => {
       setKeyFrame(app);
     },
@@ -131,8 +131,8 @@ export const boxes = [
     icon: 'interpolate',
     group: GROUP,
     tooltip: 'Boxes on a straight line between the key frames around the cursor, or no longer (I)',
-    disabled: (state) => needsTrack(state) ?? (around(state) ? null : needsKeys(lackingKey(state))),
-    remedy: keyRemedy,
+    disabled: (state) => needsTrack(state) ?? (keyFramesAround(state) ? null : needsKeyFrames(missingKeyFrame(state))),
+    remedy: keyFrameRemedy,
     run: (app) => interpolate(app),
   }),
   operation({
@@ -143,7 +143,7 @@ export const boxes = [
     icon: 'outside',
     group: GROUP,
     disabled: needsTrack,
-    run: (app) => toggle(app, 'set_outside', 'outside'),
+    run: (app) => toggleState(app, 'set_outside', 'outside'),
   }),
   operation({
     id: 'occluded',
@@ -153,7 +153,7 @@ export const boxes = [
     icon: 'occluded',
     group: GROUP,
     disabled: needsBox,
-    run: (app) => toggle(app, 'set_occluded', 'occluded'),
+    run: (app) => toggleState(app, 'set_occluded', 'occluded'),
   }),
   operation({
     id: 'delete-from',
@@ -173,7 +173,7 @@ export const boxes = [
     group: GROUP,
     disabled: (state) =>
       needsTrack(state) ??
-      (state.review && state.review.frame < framesOf(state.review) - 1 ? null : 'This is the last frame of the video.'),
+      (state.review && state.review.frame < frameCount(state.review) - 1 ? null : 'This is the last frame of the video.'),
     run: (app) => editSelected(app, { name: 'delete_from', frame: (app.store.get().review?.frame ?? 0) + 1 }),
   }),
   operation({
@@ -211,7 +211,7 @@ export const boxes = [
     keys: ['Tab'],
     group: GROUP,
     repeats: true,
-    run: (app) => cycle(app, 1),
+    run: (app) => selectNeighbour(app, 1),
   }),
   operation({
     id: 'previous-track',
@@ -219,7 +219,7 @@ export const boxes = [
     keys: ['Shift+Tab'],
     group: GROUP,
     repeats: true,
-    run: (app) => cycle(app, -1),
+    run: (app) => selectNeighbour(app, -1),
   }),
   ...ARROWS.flatMap(([name, dx, dy, arrow]) => [
     operation({
@@ -229,7 +229,7 @@ export const boxes = [
       group: 'Box by keyboard',
       repeats: true,
       disabled: needsBox,
-      run: (app) => nudge(app, dx, dy),
+      run: (app) => moveSelectedBox(app, dx, dy),
     }),
     operation({
       id: `move-10-${name.toLowerCase()}`,
@@ -238,7 +238,7 @@ export const boxes = [
       group: 'Box by keyboard',
       repeats: true,
       disabled: needsBox,
-      run: (app) => nudge(app, 10 * dx, 10 * dy),
+      run: (app) => moveSelectedBox(app, 10 * dx, 10 * dy),
     }),
     operation({
       id: `grow-${name.toLowerCase()}`,
@@ -247,7 +247,7 @@ export const boxes = [
       group: 'Box by keyboard',
       repeats: true,
       disabled: needsBox,
-      run: (app) => grow(app, dx, dy),
+      run: (app) => resizeSelectedBox(app, dx, dy),
     }),
   ]),
   operation({
@@ -262,11 +262,15 @@ export const boxes = [
       const { review } = app.store.get();
       if (!review) return;
       const { x, y, zoom } = review.viewport;
-      const half = Math.max(12, 24 / Math.max(zoom, 0.1));
-      const wide = half / (review.viewport.stretch ?? 1);
-      create(
+      const halfHeight = Math.max(12, 24 / Math.max(zoom, 0.1));
+      const halfWidth = halfHeight / (review.viewport.stretch ?? 1);
+      createTrack(
         app,
-        { key: newKey(), frame: review.frame, box: settled([x - wide, y - half, x + wide, y + half], size(app.store.get())) },
+        {
+          key: newKey(),
+          frame: review.frame,
+          box: normalizeBox([x - halfWidth, y - halfHeight, x + halfWidth, y + halfHeight], pictureSize(app.store.get())),
+        },
         null,
       );
     },

@@ -2,14 +2,14 @@
 /** Following a sign through the video, and accepting the proposals. */
 
 import { docOf } from '../editing/revisions.js';
-import { framesFollowed, isUnderWay, neighbours, requestFrom, requestWith } from '../model/following.js';
+import { proposedFrameCount, isInProgress, anchorsAround, requestFrom, requestWith } from '../model/following.js';
 import { trackEntries } from '../model/track_entries.js';
 import { trackName } from '../model/track_name.js';
 import { knownBox } from '../review/known_box.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { cutFollowing, seek, setPlaying } from '../store/actions/review.js';
 import { toast } from '../core/toast.js';
-import { keyRemedy, lackingKey, needsKeys } from './key_frames.js';
+import { keyFrameRemedy, missingKeyFrame, needsKeyFrames } from './key_frames.js';
 import { needsBox, needsTrack, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -23,8 +23,8 @@ const isOpen = (state) => onReview(state) && state.review?.following != null && 
 /** @param {State} state */
 const needsProposals = (state) => {
   const following = state.review?.following;
-  if (!following || framesFollowed(following) > 0) return null;
-  return isUnderWay(following) ? 'Nothing is proposed yet.' : 'Nothing is proposed: press Escape.';
+  if (!following || proposedFrameCount(following) > 0) return null;
+  return isInProgress(following) ? 'Nothing is proposed yet.' : 'Nothing is proposed: press Escape.';
 };
 
 /**
@@ -37,8 +37,8 @@ function follow(app, only) {
   const shown = review?.selected ? shownTrack(review, review.selected) : null;
   if (!review?.selected || !shown) return;
   const anchor = { frame: review.frame, box: shown.box };
-  const open = review.following;
-  if (open?.key === review.selected && only === null) app.following.start(requestWith(open, anchor));
+  const current = review.following;
+  if (current?.key === review.selected && only === null) app.following.start(requestWith(current, anchor));
   else app.following.start(requestFrom(docOf(review, review.selected), review.selected, anchor, only));
 }
 
@@ -48,10 +48,10 @@ function follow(app, only) {
  * @param {import('../state-types.js').Draft} draft
  */
 export function followDrawn(app, { key, frame, box }) {
-  const open = app.store.get().review?.following;
-  if (open)
+  const current = app.store.get().review?.following;
+  if (current)
     toast(
-      `Track ${trackName(open.key, app.store.get().review?.docs[open.key])} is still being followed: accept its boxes (Enter) or drop them (Escape). Then press T to follow the new track.`,
+      `Track ${trackName(current.key, app.store.get().review?.docs[current.key])} is still being followed: accept its boxes (Enter) or drop them (Escape). Then press T to follow the new track.`,
       { topic: 'follow' },
     );
   else app.following.start(requestFrom(null, key, { frame, box }, null));
@@ -84,17 +84,17 @@ function extend(app, end) {
 }
 
 /** The boxes that a person set before and after the cursor. @param {State} state */
-function around({ review }) {
+function anchorsAroundCursor({ review }) {
   if (!review?.selected) return null;
   const doc = docOf(review, review.selected);
-  const { before, after } = neighbours(doc, review.frame + 0.5);
+  const { before, after } = anchorsAround(doc, review.frame + 0.5);
   return before && after ? [before, after] : null;
 }
 
 /** @param {App} app */
-function between(app) {
+function followBetween(app) {
   const state = app.store.get();
-  const anchors = around(state);
+  const anchors = anchorsAroundCursor(state);
   const key = state.review?.selected;
   if (anchors && key) app.following.start({ key, anchors, only: 'between', first: anchors[0].frame, last: anchors[1].frame });
 }
@@ -163,9 +163,9 @@ export const following = [
     keys: ['Alt+T'],
     group: GROUP,
     tooltip: 'Follow between the corrected boxes before and after the cursor (Alt+T)',
-    disabled: (state) => needsTrack(state) ?? (around(state) ? null : needsKeys(lackingKey(state))),
-    remedy: keyRemedy,
-    run: between,
+    disabled: (state) => needsTrack(state) ?? (anchorsAroundCursor(state) ? null : needsKeyFrames(missingKeyFrame(state))),
+    remedy: keyFrameRemedy,
+    run: followBetween,
   }),
   operation({
     id: 'extend-first',

@@ -3,10 +3,10 @@
 
 import { NO_CLASS } from '../model/documents.js';
 import { chosenTruth, nextTruth } from '../review/chosen_truth.js';
-import { className } from '../model/labels.js';
+import { labelName } from '../model/labels.js';
 import { select, selectTruth } from '../store/actions/review.js';
 import { takeOver } from '../review/take_over.js';
-import { create, putBox } from './place_box.js';
+import { createTrack, putBox } from './place_box.js';
 import { needsRun, newKey, onReview, operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -29,7 +29,7 @@ const needsTruthBox = (state) =>
  * Take over the box in this frame: the track that it overlaps gets it, else it becomes a new track.
  * @param {App} app
  */
-function takeBox(app) {
+function takeOverBox(app) {
   const { review } = app.store.get();
   const chosen = review && chosenTruth(review);
   if (!review || !chosen?.box) return;
@@ -38,7 +38,7 @@ function takeBox(app) {
     putBox(app, key, review.frame, chosen.box);
     app.store.dispatch(select, key);
   } else {
-    create(app, { key: newKey(), frame: review.frame, box: chosen.box }, chosen.class_id ?? NO_CLASS);
+    createTrack(app, { key: newKey(), frame: review.frame, box: chosen.box }, chosen.class_id ?? NO_CLASS);
   }
 }
 
@@ -46,14 +46,14 @@ function takeBox(app) {
  * @param {App} app
  * @param {(chosen: import('../review/chosen_truth.js').ChosenTruth) => {signs: number[]}|{label: number}} which
  */
-function take(app, which) {
+function takeOverSigns(app, which) {
   const { review } = app.store.get();
   const chosen = review && chosenTruth(review);
   if (review?.run && review.truthId !== null && chosen) void takeOver(app, review.run.id, { truth: review.truthId, ...which(chosen) });
 }
 
 /** The label of the chosen sign. @param {State} state */
-export const truthLabel = ({ review, labels }) => className(labels, (review && chosenTruth(review)?.class_id) ?? NO_CLASS);
+export const truthLabel = ({ review, labels }) => labelName(labels, (review && chosenTruth(review)?.class_id) ?? NO_CLASS);
 
 /** @type {import('../page-types.js').Operation[]} */
 export const groundTruth = [
@@ -80,7 +80,7 @@ export const groundTruth = [
     available: isShown,
     disabled: needsTruthBox,
     tooltip: 'The track that it overlaps gets the box; otherwise it becomes a new track (Shift+Y)',
-    run: takeBox,
+    run: takeOverBox,
   }),
   operation({
     id: 'take-truth-sign',
@@ -90,7 +90,7 @@ export const groundTruth = [
     available: isShown,
     disabled: needsSign,
     tooltip: 'All boxes and the label of this sign; one undo reverts this (Alt+Y)',
-    run: (app) => take(app, ({ sign }) => ({ signs: [sign] })),
+    run: (app) => takeOverSigns(app, ({ sign }) => ({ signs: [sign] })),
   }),
   operation({
     id: 'take-truth-label',
@@ -100,6 +100,6 @@ export const groundTruth = [
     available: isShown,
     disabled: needsTruthBox,
     tooltip: 'All signs of the ground truth that have this label; one undo reverts this (Alt+Shift+Y)',
-    run: (app) => take(app, ({ class_id }) => ({ label: class_id ?? NO_CLASS })),
+    run: (app) => takeOverSigns(app, ({ class_id }) => ({ label: class_id ?? NO_CLASS })),
   }),
 ];

@@ -27,11 +27,13 @@ export function needsBox(state) {
   const missing = needsTrack(state);
   if (missing) return missing;
   const { review } = state;
-  return review?.selected && shownTrack(review, review.selected) ? null : (needsBoxes(state) ?? 'The track has no box in this frame.');
+  return review?.selected && shownTrack(review, review.selected)
+    ? null
+    : (needsLoadedBoxes(state) ?? 'The track has no box in this frame.');
 }
 
 /** The reason to wait while it is not known whether the track has a box in this frame. @param {State} state @returns {string|null} */
-export function needsBoxes(state) {
+export function needsLoadedBoxes(state) {
   const missing = needsTrack(state);
   if (missing) return missing;
   const { review } = state;

@@ -5,19 +5,19 @@ import { toast } from '../core/toast.js';
 import { docOf } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
 import { shownSpan } from '../model/effective.js';
-import { settled, sizeOf } from '../model/geometry.js';
+import { normalizeBox, sizeOf } from '../model/geometry.js';
 import { knownBox } from '../review/known_box.js';
 import { nearestBox } from '../review/nearest_box.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { seek, setPlaying } from '../store/actions/review.js';
-import { editSelected, needsBoxes, needsTrack } from './helpers.js';
+import { editSelected, needsLoadedBoxes, needsTrack } from './helpers.js';
 import { editWithNotice } from './unseen.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
 
 /** The state that holds at the cursor. @param {State} state @param {'occluded'|'outside'} what */
-function holds(state, what) {
+function isSetAtCursor(state, what) {
   const { review } = state;
   const doc = review?.selected ? review.docs[review.selected] : undefined;
   if (!doc || !review) return false;
@@ -33,15 +33,15 @@ function holds(state, what) {
  * @param {'set_occluded'|'set_outside'} name
  * @param {'occluded'|'outside'} what
  */
-export function toggle(app, name, what) {
+export function toggleState(app, name, what) {
   const state = app.store.get();
   const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
   const box = shown === null || shown.origin === 'engine' ? null : shown.box;
-  editSelected(app, { name, value: !holds(state, what), box });
+  editSelected(app, { name, value: !isSetAtCursor(state, what), box });
 }
 
 /** The two corrected key frames around the cursor. @param {State} state @returns {[number, number]|null} */
-export function around(state) {
+export function keyFramesAround(state) {
   const { review } = state;
   const doc = review?.selected ? review.docs[review.selected] : undefined;
   if (!doc || !review) return null;
@@ -57,9 +57,9 @@ export function around(state) {
 /**
  * Set or remove a key frame at the cursor. If the track has no box here, its nearest box is copied, with a notice.
  * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
- * @param {import('./unseen.js').Say} [say]
+ * @param {import('./unseen.js').Notify} [notify]
  */
-export function setKeyFrame(app, say = toast) {
+export function setKeyFrame(app, notify = toast) {
   const { review } = app.store.get();
   if (!review?.selected) return;
   const doc = docOf(review, review.selected);
@@ -68,8 +68,8 @@ export function setKeyFrame(app, say = toast) {
   if (shown && doc?.keys[review.frame]) editSelected(app, { name: 'remove_key' });
   else if (shown) editSelected(app, { name: 'add_key', box: shown.box });
   else if (nearest) {
-    const box = settled(nearest.box, sizeOf(review.video));
-    editWithNotice(app, review.selected, () => editSelected(app, { name: 'set_box', box }), { copied: nearest.frame, say });
+    const box = normalizeBox(nearest.box, sizeOf(review.video));
+    editWithNotice(app, review.selected, () => editSelected(app, { name: 'set_box', box }), { copied: nearest.frame, notify });
   }
 }
 
@@ -78,21 +78,21 @@ export function setKeyFrame(app, say = toast) {
  * a notice says what has happened.
  *
  * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
- * @param {import('./unseen.js').Say} [say]
+ * @param {import('./unseen.js').Notify} [notify]
  */
-export function interpolate(app, say = toast) {
+export function interpolate(app, notify = toast) {
   const state = app.store.get();
-  const range = around(state);
+  const range = keyFramesAround(state);
   const key = state.review?.selected;
   const doc = key ? state.review?.docs[key] : undefined;
   if (!range || !key || !doc) return;
   const [first, last] = range;
   const value = !doc.keys[first].interpolate;
-  const without = doc.segments.length ? 'The engine’s boxes are used again' : 'There are no boxes any more';
-  const said = value
+  const consequence = doc.segments.length ? 'The engine’s boxes are used again' : 'There are no boxes any more';
+  const message = value
     ? `Boxes are interpolated between frames ${first} and ${last}.`
-    : `${without} between frames ${first} and ${last}; press I again to interpolate.`;
-  editWithNotice(app, key, () => editSelected(app, { name: 'interpolate', first, last, value }), { said, say });
+    : `${consequence} between frames ${first} and ${last}; press I again to interpolate.`;
+  editWithNotice(app, key, () => editSelected(app, { name: 'interpolate', first, last, value }), { message, notify });
 }
 
 /**
@@ -100,9 +100,9 @@ export function interpolate(app, say = toast) {
  * @param {State} state
  * @returns {number|null} its frame; null: none is lacking, or there is no such frame
  */
-export function lackingKey(state) {
+export function missingKeyFrame(state) {
   const { review } = state;
-  if (needsTrack(state) !== null || !review?.selected || around(state)) return null;
+  if (needsTrack(state) !== null || !review?.selected || keyFramesAround(state)) return null;
   const doc = docOf(review, review.selected);
   if (!doc?.keys[review.frame]?.box) return review.frame;
   const span = shownSpan(doc, review.tracks);
@@ -112,23 +112,24 @@ export function lackingKey(state) {
 /**
  * Go to the frame that lacks a key frame and set it.
  * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
- * @param {import('./unseen.js').Say} [say]
+ * @param {import('./unseen.js').Notify} [notify]
  */
-export function setLackingKey(app, say = toast) {
+export function setMissingKeyFrame(app, notify = toast) {
   const state = app.store.get();
-  const frame = lackingKey(state);
+  const frame = missingKeyFrame(state);
   const key = state.review?.selected;
   if (frame === null || !key || !state.review) return;
   const box = knownBox(state.review, key, frame);
   if (frame !== state.review.frame) app.store.dispatch((now) => seek(setPlaying(now, false), frame));
-  const why = needsBoxes(app.store.get());
+  const why = needsLoadedBoxes(app.store.get());
   if (box) app.edit({ name: 'add_key', key, frame, box });
-  else if (why) say(`${why} Then press K.`, { topic: 'unseen' });
-  else setKeyFrame(app, say);
+  else if (why) notify(`${why} Then press K.`, { topic: 'unseen' });
+  else setKeyFrame(app, notify);
 }
 
 /** @param {number|null} frame   a frame that could become a key frame */
-export const needsKeys = (frame) => `Needs a key frame before and after.${frame === null ? '' : ` Set one at frame ${frame}?`}`;
+export const needsKeyFrames = (frame) => `Needs a key frame before and after.${frame === null ? '' : ` Set one at frame ${frame}?`}`;
 
 /** @param {App} app */
-export const keyRemedy = (app) => (lackingKey(app.store.get()) === null ? null : { label: 'Set key frame', run: () => setLackingKey(app) });
+export const keyFrameRemedy = (app) =>
+  missingKeyFrame(app.store.get()) === null ? null : { label: 'Set key frame', run: () => setMissingKeyFrame(app) };

@@ -1,8 +1,8 @@
 // @ts-check
 /** Merging tracks. If they have boxes in the same frames, the user decides which boxes stay. */
 
-import { without } from '../model/join.js';
-import { commonRuns, framesIn } from '../model/shown_runs.js';
+import { subtractSpans } from '../model/join.js';
+import { intersectSpans, countFrames } from '../model/shown_spans.js';
 import { trackEntries } from '../model/track_entries.js';
 import { trackName } from '../model/track_name.js';
 import { openDialog } from '../store/actions/page.js';
@@ -26,16 +26,17 @@ import { toast } from '../core/toast.js';
  * @returns {{key: string, stays: string[], runs: Span[]}[]} for each track that shares frames: the tracks whose boxes stay there, and the frames
  */
 export function sharedFrames(review, key, others) {
-  const runsOf = new Map(trackEntries(review.tracks, review.docs).map((entry) => [entry.key, entry.runs]));
+  const runsOf = new Map(trackEntries(review.tracks, review.docs).map((entry) => [entry.key, entry.spans]));
   const found = [];
   const joined = [key];
   /** Frames that have a box so far. @type {Span[]} */
   let covered = [...(runsOf.get(key) ?? [])];
   for (const other of others) {
-    const own = [...(runsOf.get(other) ?? [])];
-    const runs = commonRuns(covered, own);
-    if (runs.length > 0) found.push({ key: other, stays: joined.filter((one) => commonRuns(runsOf.get(one) ?? [], own).length > 0), runs });
-    covered = [...covered, ...without(own, covered)];
+    const otherRuns = [...(runsOf.get(other) ?? [])];
+    const runs = intersectSpans(covered, otherRuns);
+    if (runs.length > 0)
+      found.push({ key: other, stays: joined.filter((one) => intersectSpans(runsOf.get(one) ?? [], otherRuns).length > 0), runs });
+    covered = [...covered, ...subtractSpans(otherRuns, covered)];
     joined.push(other);
   }
   return found;
@@ -46,10 +47,10 @@ export function sharedFrames(review, key, others) {
  * @param {ReviewState} review
  * @param {ReturnType<typeof sharedFrames>[number]} shared
  */
-export function sharedWords(review, { key, stays, runs }) {
+export function describeSharedFrames(review, { key, stays, runs }) {
   const names = stays.map((one) => trackName(one, review.docs[one]));
   return (
-    `Tracks ${names.join(', ')} and ${trackName(key, review.docs[key])} have boxes in ${plural(framesIn(runs), 'common frame')} (${runs[0][0]}–${/** @type {Span} */ (runs.at(-1))[1]}). One frame of a track has one box: ` +
+    `Tracks ${names.join(', ')} and ${trackName(key, review.docs[key])} have boxes in ${plural(countFrames(runs), 'common frame')} (${runs[0][0]}–${/** @type {Span} */ (runs.at(-1))[1]}). One frame of a track has one box: ` +
     `the box of ${names.length > 1 ? 'the track marked first' : names[0]} stays, and the box of ${trackName(key, review.docs[key])} is removed.`
   );
 }
@@ -71,9 +72,9 @@ export function mergeTracks(app, key, others) {
 /**
  * The merge key: start to mark tracks, or merge the marked ones. If they share frames, a dialog asks first.
  * @param {Pick<App, 'store'|'edit'>} app
- * @param {(text: string) => void} [say]
+ * @param {(text: string) => void} [notify]
  */
-export function merge(app, say = toast) {
+export function merge(app, notify = toast) {
   const { review } = app.store.get();
   if (!review) return;
   if (review.mode !== 'merge') {
@@ -85,7 +86,7 @@ export function merge(app, say = toast) {
     if (sharedFrames(review, key, others).length > 0) app.store.dispatch(openDialog, { kind: 'merge', data: { marked: review.marked } });
     else if (!mergeTracks(app, key, others)) app.store.dispatch((state) => select(setMode(state, 'select'), key));
   } else if (key) {
-    say('Mark a second track first: click it in the picture, in the lanes or in the queue. Escape leaves the merge.');
+    notify('Mark a second track first: click it in the picture, in the lanes or in the queue. Escape leaves the merge.');
   } else {
     app.store.dispatch(setMode, 'select');
   }

@@ -11,17 +11,17 @@ import { keyFramesOf } from '../model/documents.js';
 import { trackName } from '../model/track_name.js';
 import { toast } from '../core/toast.js';
 import { needsTrack, operation } from './helpers.js';
-import { followingWork } from './team.js';
+import { followingAssignment } from './team.js';
 
 /** @typedef {import('../page-types.js').App} App */
 
 const GROUP = 'Time';
 
 /** @param {App} app @param {number} by */
-const move = (app, by) => app.store.dispatch(step, by);
+const stepBy = (app, by) => app.store.dispatch(step, by);
 
 /** @param {App} app @param {number|null|undefined} frame */
-const go = (app, frame) => {
+const seekTo = (app, frame) => {
   if (frame !== null && frame !== undefined) app.store.dispatch((state) => seek(setPlaying(state, false), frame));
 };
 
@@ -48,12 +48,12 @@ export function openFirst(app) {
 }
 
 /** @param {App} app @param {1|-1} direction */
-function queueStep(app, direction) {
+function stepInQueue(app, direction) {
   const key = nextInQueue(app.store.get(), direction);
   if (key !== null) openTrack(app, key);
   else
     toast(
-      `${endOfQueue(app.store.get(), direction)}${direction > 0 && followingWork(app.store.get()) ? ' Press Alt+Shift+J for your next assignment.' : ''}`,
+      `${endOfQueue(app.store.get(), direction)}${direction > 0 && followingAssignment(app.store.get()) ? ' Press Alt+Shift+J for your next assignment.' : ''}`,
       { topic: 'queue' },
     );
 }
@@ -63,21 +63,21 @@ function queueStep(app, direction) {
  * stays: a key frame of the video would look like one of the track.
  * @param {App} app
  * @param {1|-1} direction
- * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [say]
+ * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [notify]
  */
-export function keyStep(app, direction, say = toast) {
+export function stepToKeyFrame(app, direction, notify = toast) {
   const { review } = app.store.get();
   if (!review?.timebase) return;
   if (review.selected === null) {
-    go(app, direction > 0 ? review.timebase.nextKey(review.frame) : review.timebase.previousKey(review.frame));
+    seekTo(app, direction > 0 ? review.timebase.nextKey(review.frame) : review.timebase.previousKey(review.frame));
     return;
   }
   const doc = review.docs[review.selected];
   const frames = doc ? keyFramesOf(doc) : [];
   const found = direction > 0 ? frames.find((k) => k > review.frame) : frames.findLast((k) => k < review.frame);
   const none = frames.length === 0 ? 'no key frame yet' : `no ${direction > 0 ? 'later' : 'earlier'} key frame`;
-  if (found === undefined) say(`Track ${trackName(review.selected, doc)} has ${none}.`, { topic: 'key-frame' });
-  else go(app, found);
+  if (found === undefined) notify(`Track ${trackName(review.selected, doc)} has ${none}.`, { topic: 'key-frame' });
+  else seekTo(app, found);
 }
 
 /** @type {import('../page-types.js').Operation[]} */
@@ -90,7 +90,7 @@ export const navigation = [
     icon: 'step_back',
     group: GROUP,
     repeats: true,
-    run: (app) => move(app, -1),
+    run: (app) => stepBy(app, -1),
   }),
   operation({
     id: 'play',
@@ -109,9 +109,17 @@ export const navigation = [
     icon: 'step_forward',
     group: GROUP,
     repeats: true,
-    run: (app) => move(app, 1),
+    run: (app) => stepBy(app, 1),
   }),
-  operation({ id: 'back-10', label: 'Back 10', keys: ['C'], icon: 'skip_back', group: GROUP, repeats: true, run: (app) => move(app, -10) }),
+  operation({
+    id: 'back-10',
+    label: 'Back 10',
+    keys: ['C'],
+    icon: 'skip_back',
+    group: GROUP,
+    repeats: true,
+    run: (app) => stepBy(app, -10),
+  }),
   operation({
     id: 'on-10',
     label: 'Forward 10',
@@ -120,7 +128,7 @@ export const navigation = [
     icon: 'skip_forward',
     group: GROUP,
     repeats: true,
-    run: (app) => move(app, 10),
+    run: (app) => stepBy(app, 10),
   }),
   operation({
     id: 'next-key',
@@ -131,7 +139,7 @@ export const navigation = [
     icon: 'key_forward',
     group: GROUP,
     repeats: true,
-    run: (app) => keyStep(app, 1),
+    run: (app) => stepToKeyFrame(app, 1),
   }),
   operation({
     id: 'previous-key',
@@ -142,7 +150,7 @@ export const navigation = [
     icon: 'key_back',
     group: GROUP,
     repeats: true,
-    run: (app) => keyStep(app, -1),
+    run: (app) => stepToKeyFrame(app, -1),
   }),
   operation({
     id: 'first-frame',
@@ -151,7 +159,7 @@ export const navigation = [
     keys: ['Home'],
     icon: 'previous',
     group: GROUP,
-    run: (app) => go(app, 0),
+    run: (app) => seekTo(app, 0),
   }),
   operation({
     id: 'last-frame',
@@ -160,7 +168,7 @@ export const navigation = [
     keys: ['End'],
     icon: 'next',
     group: GROUP,
-    run: (app) => go(app, (app.store.get().review?.timebase?.frames ?? 1) - 1),
+    run: (app) => seekTo(app, (app.store.get().review?.timebase?.frames ?? 1) - 1),
   }),
   operation({
     id: 'go-to-frame',
@@ -184,7 +192,7 @@ export const navigation = [
     icon: 'down',
     group: 'Queue',
     repeats: true,
-    run: (app) => queueStep(app, 1),
+    run: (app) => stepInQueue(app, 1),
   }),
   operation({
     id: 'previous-in-queue',
@@ -194,7 +202,7 @@ export const navigation = [
     icon: 'up',
     group: 'Queue',
     repeats: true,
-    run: (app) => queueStep(app, -1),
+    run: (app) => stepInQueue(app, -1),
   }),
   operation({
     id: 'to-track',
@@ -207,7 +215,7 @@ export const navigation = [
     run: (app) => {
       const { review } = app.store.get();
       const doc = review?.selected ? docOf(review, review.selected) : null;
-      go(app, doc ? spanOf(doc)?.first : null);
+      seekTo(app, doc ? spanOf(doc)?.first : null);
     },
   }),
 ];

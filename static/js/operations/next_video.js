@@ -1,8 +1,8 @@
 // @ts-check
 /** Going from the end of one queue to the next video. */
 
-import { leftElsewhere } from '../model/left_elsewhere.js';
-import { reviewOf } from '../model/route.js';
+import { openVideos } from '../model/open_videos.js';
+import { reviewAddress } from '../model/route.js';
 import { setVideos } from '../store/actions/page.js';
 import { toast } from '../core/toast.js';
 import { operation } from './helpers.js';
@@ -11,23 +11,23 @@ import { operation } from './helpers.js';
 export const NEXT_VIDEO_KEY = 'Alt+J';
 
 /** @param {import('../state-types.js').State} state */
-const elsewhere = ({ videos, route }) => leftElsewhere(videos, route.screen === 'review' ? route.video : undefined);
+const otherVideos = ({ videos, route }) => openVideos(videos, route.screen === 'review' ? route.video : undefined);
 
 /**
  * Open the next video that has open tracks. The list is loaded again, because others review too.
  *
  * @param {Pick<import('../page-types.js').ViewApp, 'store'|'api'|'load'>} app
- * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [say]
+ * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [notify]
  */
-export async function openNextVideo({ store, api, load }, say = toast) {
+export async function openNextVideo({ store, api, load }, notify = toast) {
   try {
     await load(() => api.videos(), setVideos);
   } catch {
     // offline: use the list that is known
   }
-  const { next } = elsewhere(store.get());
-  if (next === null) say('No other video has open tracks.', { topic: 'queue' });
-  else location.hash = reviewOf(next.id);
+  const { next } = otherVideos(store.get());
+  if (next === null) notify('No other video has open tracks.', { topic: 'queue' });
+  else location.hash = reviewAddress(next.id);
 }
 
 /** @type {import('../page-types.js').Operation[]} */
@@ -38,7 +38,7 @@ export const nextVideo = [
     keys: [NEXT_VIDEO_KEY],
     icon: 'film',
     group: 'Queue',
-    disabled: (state) => (elsewhere(state).next === null ? 'No other video has open tracks.' : null),
+    disabled: (state) => (otherVideos(state).next === null ? 'No other video has open tracks.' : null),
     run: (app) => void openNextVideo(app),
   }),
 ];

@@ -2,7 +2,7 @@
 /** Boxes that a person draws, moves and resizes. */
 
 import { toast } from '../core/toast.js';
-import { nudged, settled, sizeOf } from '../model/geometry.js';
+import { moveBox, normalizeBox, sizeOf } from '../model/geometry.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { askForClass, select, setMode } from '../store/actions/review.js';
 import { newKey } from './helpers.js';
@@ -12,7 +12,7 @@ import { editWithNotice } from './unseen.js';
 /** @typedef {import('../state-types.js').State} State */
 
 /** @param {State} state */
-export const size = (state) => sizeOf(state.review?.video);
+export const pictureSize = (state) => sizeOf(state.review?.video);
 
 /**
  * Handle a box that a person has placed. For a track that is being followed it is another anchor, and nothing is stored
@@ -22,22 +22,22 @@ export const size = (state) => sizeOf(state.review?.video);
  * @param {number} frame
  * @param {import('../types.js').Box} box
  * @param {string} [gesture]
- * @param {import('./unseen.js').Say} [say]
+ * @param {import('./unseen.js').Notify} [notify]
  */
-export function putBox(app, key, frame, box, gesture, say = toast) {
+export function putBox(app, key, frame, box, gesture, notify = toast) {
   if (app.store.get().review?.following?.key === key) app.following.correct({ frame, box });
-  else editWithNotice(app, key, () => app.edit({ name: 'set_box', frame, key, box }, undefined, gesture), { say });
+  else editWithNotice(app, key, () => app.edit({ name: 'set_box', frame, key, box }, undefined, gesture), { notify });
 }
 
 /** @param {App} app @param {number} dx @param {number} dy */
-export function nudge(app, dx, dy) {
+export function moveSelectedBox(app, dx, dy) {
   const state = app.store.get();
   const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-  if (shown && state.review) putBox(app, shown.key, state.review.frame, nudged(shown.box, dx, dy, size(state)), 'move');
+  if (shown && state.review) putBox(app, shown.key, state.review.frame, moveBox(shown.box, dx, dy, pictureSize(state)), 'move');
 }
 
 /** Move the right and lower edges of the box. @param {App} app @param {number} dx @param {number} dy */
-export function grow(app, dx, dy) {
+export function resizeSelectedBox(app, dx, dy) {
   const state = app.store.get();
   const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
   if (!shown || !state.review) return;
@@ -46,17 +46,17 @@ export function grow(app, dx, dy) {
     app,
     shown.key,
     state.review.frame,
-    settled([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], size(state)),
+    normalizeBox([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], pictureSize(state)),
     'resize',
   );
 }
 
-/** Handle a drawn box. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   change the selected track instead of making a new one @param {import('./unseen.js').Say} [say] */
-export function drawn(app, box, correct, say = toast) {
+/** Handle a drawn box. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   change the selected track instead of making a new one @param {import('./unseen.js').Notify} [notify] */
+export function handleDrawnBox(app, box, correct, notify = toast) {
   const { review } = app.store.get();
   if (!review) return;
   if (correct && review.selected) {
-    putBox(app, review.selected, review.frame, box, undefined, say);
+    putBox(app, review.selected, review.frame, box, undefined, notify);
     app.store.dispatch(setMode, 'select');
     return;
   }
@@ -70,7 +70,7 @@ export function drawn(app, box, correct, say = toast) {
  * @param {number|null} class_id   null: none of the known classes
  * @param {string} [label_key]     key of that label
  */
-export function create(app, { key, frame, box }, class_id, label_key) {
+export function createTrack(app, { key, frame, box }, class_id, label_key) {
   if (app.edit({ name: 'create_track', frame, key, box, class_id, ...(label_key !== undefined && { label_key }) }))
     app.store.dispatch(select, key);
 }

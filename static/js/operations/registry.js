@@ -34,16 +34,16 @@ export const allOperations = () => [
  * Run an operation if it is enabled.
  * @param {import('../page-types.js').App} app
  * @param {import('../page-types.js').Operation} operation
- * @param {(reason: string, options: {action?: {label: string, run: () => void}}) => void} [refuse]   called with the reason if it is disabled, and with an action that helps
+ * @param {(reason: string, options: {action?: {label: string, run: () => void}}) => void} [onDisabled]   called with the reason if it is disabled, and with an action that helps
  * @param {string} [key]   the pressed key, as in its `keys`
  * @returns {boolean} whether it ran
  */
-export function runOperation(app, operation, refuse, key) {
+export function runOperation(app, operation, onDisabled, key) {
   const state = app.store.get();
   if (!operation.available(state)) return false;
   const reason = operation.disabled(state);
   if (reason !== null) {
-    refuse?.(reason, { action: operation.remedy?.(app) ?? undefined });
+    onDisabled?.(reason, { action: operation.remedy?.(app) ?? undefined });
     return false;
   }
   operation.run(app, key);

@@ -1,7 +1,7 @@
 // @ts-check
 /** Assignments: go to the next one. */
 
-import { may, nextWork, toReview, workHere, workOf } from '../model/team.js';
+import { may, nextAssignment, assignmentsToReview, currentAssignment, waitingAssignments } from '../model/team.js';
 import { formatRoute } from '../model/route.js';
 import { operation } from './helpers.js';
 
@@ -9,20 +9,20 @@ import { operation } from './helpers.js';
 /** @typedef {import('../types.js').Assignment} Assignment */
 
 /** The address at which an assignment begins. @param {Assignment} assignment */
-export const placeOfWork = ({ video_id, first }) =>
+export const assignmentAddress = ({ video_id, first }) =>
   formatRoute({ screen: 'review', video: video_id, run: null, frame: first > 0 ? first : null, track: null });
 
 /** @param {import('../state-types.js').State} state @returns {Assignment|null} */
-export const openWork = (state) =>
-  state.review ? workHere(state.assignments, state.session, state.review.video.id, state.review.frame) : null;
+export const openAssignment = (state) =>
+  state.review ? currentAssignment(state.assignments, state.session, state.review.video.id, state.review.frame) : null;
 
 /** The assignment after the open one. @param {import('../state-types.js').State} state */
-export const followingWork = (state) => nextWork(state.assignments, state.session, openWork(state)?.id ?? null);
+export const followingAssignment = (state) => nextAssignment(state.assignments, state.session, openAssignment(state)?.id ?? null);
 
-/** Number of assignments that wait for the person who is signed in. @param {import('../state-types.js').State} state */
-export function waitingWork({ assignments, session }) {
+/** Assignments that wait for the person who is signed in: their own, and those to review. @param {import('../state-types.js').State} state */
+export function assignmentsForUser({ assignments, session }) {
   const name = session?.person?.name ?? '';
-  return { own: workOf(assignments, name), review: may(session, 'reviewer') ? toReview(assignments, name) : [] };
+  return { own: waitingAssignments(assignments, name), review: may(session, 'reviewer') ? assignmentsToReview(assignments, name) : [] };
 }
 
 /** @type {import('../page-types.js').Operation[]} */
@@ -34,10 +34,10 @@ export const team = [
     icon: 'forward',
     group: 'Queue',
     available: (state) => state.session?.person != null && (state.route.screen === 'review' || state.route.screen === 'library'),
-    disabled: (state) => (followingWork(state) === null ? 'No other assignment waits for you.' : null),
+    disabled: (state) => (followingAssignment(state) === null ? 'No other assignment waits for you.' : null),
     run: (app) => {
-      const found = followingWork(app.store.get());
-      if (found) location.hash = placeOfWork(found);
+      const found = followingAssignment(app.store.get());
+      if (found) location.hash = assignmentAddress(found);
     },
   }),
   operation({

@@ -2,8 +2,8 @@
 /** Notices about edits that put boxes into frames in which neither the engine nor a person saw the sign. */
 
 import { docOf } from '../editing/revisions.js';
-import { without } from '../model/join.js';
-import { framesIn, shownRuns } from '../model/shown_runs.js';
+import { subtractSpans } from '../model/join.js';
+import { countFrames, shownSpans } from '../model/shown_spans.js';
 import { trackName } from '../model/track_name.js';
 import { plural } from '../model/format.js';
 import { toast } from '../core/toast.js';
@@ -12,7 +12,7 @@ import { toast } from '../core/toast.js';
  * @typedef {import('../page-types.js').App} App
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').TrackDoc} TrackDoc
- * @typedef {(text: string, options?: import('../core/toast.js').ToastOptions) => void} Say
+ * @typedef {(text: string, options?: import('../core/toast.js').ToastOptions) => void} Notify
  */
 
 /**
@@ -21,11 +21,11 @@ import { toast } from '../core/toast.js';
  * @param {TrackDoc|null} after
  * @param {import('../types.js').TrackColumns|null} tracks
  */
-export function gained(before, after, tracks) {
+export function gainedSpans(before, after, tracks) {
   const lastOf = (/** @type {number} */ id) => tracks?.last[tracks.id.indexOf(id)] ?? null;
   /** @param {TrackDoc|null} doc */
-  const runs = (doc) => (doc ? [...shownRuns(doc, lastOf)] : []);
-  return without(runs(after), runs(before));
+  const runs = (doc) => (doc ? [...shownSpans(doc, lastOf)] : []);
+  return subtractSpans(runs(after), runs(before));
 }
 
 /**
@@ -36,19 +36,19 @@ export function gained(before, after, tracks) {
  * @param {number|null} copied                                         frame from which its box was copied; null: it was drawn
  * @returns {string} empty: no notice
  */
-function unseenWords(name, runs, frame, copied) {
-  const words = [];
+function unseenMessage(name, runs, frame, copied) {
+  const messages = [];
   if (copied !== null)
-    words.push(`Track ${name} had no box in frame ${frame}: the box of frame ${copied} was copied here. Move it onto the sign.`);
-  const others = without([...runs], [[frame, frame]]);
-  const frames = framesIn(others);
+    messages.push(`Track ${name} had no box in frame ${frame}: the box of frame ${copied} was copied here. Move it onto the sign.`);
+  const others = subtractSpans([...runs], [[frame, frame]]);
+  const frames = countFrames(others);
   if (frames > 0) {
     const [first, last] = [others[0][0], /** @type {import('../model/join.js').Span} */ (others.at(-1))[1]];
-    words.push(
+    messages.push(
       `In ${frames === 1 ? `frame ${first}` : `${plural(frames, 'frame')} (${first}–${last})`} the box is interpolated between key frames; nobody saw the sign there.`,
     );
   }
-  return words.join(' ');
+  return messages.join(' ');
 }
 
 /**
@@ -56,16 +56,16 @@ function unseenWords(name, runs, frame, copied) {
  * @param {Pick<App, 'store'> & Partial<Pick<App, 'editor'>>} app
  * @param {string} key
  * @param {() => boolean} edit   returns whether the edit was made
- * @param {{copied?: number|null, said?: string, say?: Say}} [how]   copied: frame from which the box was copied; said: text to show in any case
+ * @param {{copied?: number|null, message?: string, notify?: Notify}} [how]   copied: frame from which the box was copied; message: shown in any case
  * @returns {boolean} whether the edit was made
  */
-export function editWithNotice(app, key, edit, { copied = null, said = '', say = toast } = {}) {
+export function editWithNotice(app, key, edit, { copied = null, message = '', notify = toast } = {}) {
   const before = app.store.get().review;
   if (!before || !edit()) return false;
   const after = app.store.get().review;
   if (!after) return true;
-  const runs = gained(docOf(before, key), docOf(after, key), after.tracks);
-  const words = [said, unseenWords(trackName(key, after.docs[key]), runs, before.frame, copied)].filter(Boolean).join(' ');
-  if (words) say(words, { topic: 'unseen', action: { label: 'Undo', run: () => void app.editor?.undo() } });
+  const runs = gainedSpans(docOf(before, key), docOf(after, key), after.tracks);
+  const text = [message, unseenMessage(trackName(key, after.docs[key]), runs, before.frame, copied)].filter(Boolean).join(' ');
+  if (text) notify(text, { topic: 'unseen', action: { label: 'Undo', run: () => void app.editor?.undo() } });
   return true;
 }

@@ -8,7 +8,7 @@ import { trackName } from '../model/track_name.js';
 import { docOf } from '../editing/revisions.js';
 import { engineClass } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
-import { leftElsewhere, reviewedWords } from '../model/left_elsewhere.js';
+import { openVideos, reviewedMessage } from '../model/open_videos.js';
 import { endOfQueue, nextInQueue, queueCounts, shownQueue } from '../model/queue.js';
 import { trackEntries } from '../model/track_entries.js';
 import { openTrack } from './navigate.js';
@@ -30,7 +30,7 @@ const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9];
  * @param {import('../types.js').TrackDoc['review']} verdict
  * @returns {boolean} whether the edit was made
  */
-export function giveVerdict(app, review, key, verdict) {
+export function setVerdict(app, review, key, verdict) {
   const doc = review.docs[key];
   if (doc?.not_a_sign && verdict !== 'rejected' && !app.edit({ name: 'set_not_a_sign', key, frame: review.frame, value: false }))
     return false;
@@ -41,28 +41,28 @@ export function giveVerdict(app, review, key, verdict) {
  * Give the selected track a label.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {import('../types.js').Label} label
- * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [say]
+ * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [notify]
  */
-export function giveLabel(app, label, say = toast) {
+export function setLabel(app, label, notify = toast) {
   const { review } = app.store.get();
   if (!review?.selected) return;
   const doc = docOf(review, review.selected);
   const name = `Track ${trackName(review.selected, review.docs[review.selected])}`;
   if (doc && doc.class_id === label.id && labelAt(doc, review.frame, (track) => engineClass(review, track)) === label.id)
-    say(`${name} is ${label.name} already.`, { topic: 'label' });
-  else if (editSelected(app, { name: 'relabel_track', class_id: label.id })) say(`${name}: ${label.name}`, { topic: 'label' });
+    notify(`${name} is ${label.name} already.`, { topic: 'label' });
+  else if (editSelected(app, { name: 'relabel_track', class_id: label.id })) notify(`${name}: ${label.name}`, { topic: 'label' });
 }
 
 /**
  * Give the selected track the label that is pinned to a digit.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {string} digit
- * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [say]
+ * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [notify]
  */
-export function givePinned(app, digit, say = toast) {
+export function setPinnedLabel(app, digit, notify = toast) {
   const label = offeredLabels(app.store.get().labels).find(({ pinned }) => String(pinned) === digit);
-  if (label) giveLabel(app, label, say);
-  else say(`No label is pinned to ${digit}. Pin one on the Labels page.`, { topic: 'label' });
+  if (label) setLabel(app, label, notify);
+  else notify(`No label is pinned to ${digit}. Pin one on the Labels page.`, { topic: 'label' });
 }
 
 /**
@@ -70,29 +70,29 @@ export function givePinned(app, digit, say = toast) {
  * too many must not revert it.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {'accepted'|'rejected'|'needs_work'} review
- * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [say]
+ * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [notify]
  */
-export function judge(app, review, say = toast) {
+export function judge(app, review, notify = toast) {
   const before = app.store.get();
   const key = before.review?.selected;
   if (!key) return;
   const doc = before.review?.docs[key];
   const present = doc ? verdictOf(doc) : 'open';
   const next = nextInQueue(before, 1);
-  if (before.review && !giveVerdict(app, before.review, key, review)) return;
+  if (before.review && !setVerdict(app, before.review, key, review)) return;
   const after = app.store.get();
   const { left } = queueCounts(shownQueue(after));
-  if (left === 0) say(endWords(after), { topic: 'queue' });
+  if (left === 0) notify(endMessage(after), { topic: 'queue' });
   else if (next !== null) openTrack(app, next);
-  else if (present === review) say(endOfQueue(before, 1), { topic: 'queue' });
+  else if (present === review) notify(endOfQueue(before, 1), { topic: 'queue' });
 }
 
 /** @param {import('../state-types.js').State} state   without an undecided track under the filter */
-function endWords({ review, videos }) {
+function endMessage({ review, videos }) {
   const counts = queueCounts(review === null ? [] : trackEntries(review.tracks, review.docs));
   if (counts.left > 0) return 'Every track that the filter shows is decided.';
-  const left = leftElsewhere(videos, review?.video.id);
-  return `${reviewedWords(left, counts.total)}${left.next === null ? '' : ` ${NEXT_VIDEO_KEY} opens the next.`}`;
+  const left = openVideos(videos, review?.video.id);
+  return `${reviewedMessage(left, counts.total)}${left.next === null ? '' : ` ${NEXT_VIDEO_KEY} opens the next.`}`;
 }
 
 /** @type {import('../page-types.js').Operation[]} */
@@ -157,7 +157,7 @@ export const verdicts = [
     group: GROUP,
     each: true,
     disabled: needsTrack,
-    run: (app, key) => givePinned(app, String(key).slice(-1)),
+    run: (app, key) => setPinnedLabel(app, String(key).slice(-1)),
   }),
   operation({
     id: 'ignore',

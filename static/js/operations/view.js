@@ -1,7 +1,7 @@
 // @ts-check
 /** Layers, zoom, history. */
 
-import { sizeOf, zoomedTo } from '../model/geometry.js';
+import { sizeOf, zoomToBox } from '../model/geometry.js';
 import { formatRoute } from '../model/route.js';
 import { shownTrack } from '../review/shown_tracks.js';
 import { LAYERS } from '../store/initial.js';
@@ -13,7 +13,7 @@ import { toast } from '../core/toast.js';
 import { needsBox, needsRun, onReview, operation } from './helpers.js';
 
 /** Side of a box after "Zoom to the track", screen px. */
-const JUDGED = 140;
+const ZOOMED_BOX_SIDE_PX = 140;
 
 /** Names of the layers. */
 export const LAYER_NAMES = /** @type {const} */ ({
@@ -182,7 +182,7 @@ export const view = [
     run: (app) =>
       app.store.dispatch((state) => {
         const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-        return shown ? setViewport(state, zoomedTo(shown.box, JUDGED, sizeOf(state.review?.video))) : state;
+        return shown ? setViewport(state, zoomToBox(shown.box, ZOOMED_BOX_SIDE_PX, sizeOf(state.review?.video))) : state;
       }),
   }),
   operation({

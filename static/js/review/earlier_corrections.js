@@ -12,7 +12,7 @@ import { hideBanner, showBanner } from '../store/actions/page.js';
 import { changeReview } from '../store/actions/review.js';
 import { plural } from '../model/format.js';
 import { isDismissed, dismiss } from '../core/preferences.js';
-import { runName } from '../model/run_words.js';
+import { runName } from '../model/describe_run.js';
 
 /** The name under which a dismissed offer is remembered. @param {string} run @param {Earlier} found */
 const offerName = (run, { run_id, seq }) => `earlier/${run}/${run_id}/${seq}`;

@@ -8,9 +8,9 @@
  * @typedef {import('../model/following.js').Following} Following
  * @typedef {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>} NewFollow
  */
-import { mayRepeat, sentence } from '../api/errors.js';
+import { isRetryable, sentence } from '../api/errors.js';
 import { sleep as pause } from '../api/sleep.js';
-import { acceptCommand, isUnderWay, newFollowing, requestWith } from '../model/following.js';
+import { acceptCommand, isInProgress, newFollowing, requestWith } from '../model/following.js';
 import { putFollowing, setFollowing } from '../store/actions/review.js';
 
 /** How long the server may wait for new proposals before it answers, s. */
@@ -57,13 +57,13 @@ export function createFollowControl({ store, api, edit, author, signal, toast, s
     if (run === undefined) return;
     const previous = current();
     const ended = restartRequests();
-    const fresh = newFollowing(wanted);
+    const next = newFollowing(wanted);
     // cut-off frames stay cut off, and the old proposals stay visible until new ones arrive
     store.dispatch(
       setFollowing,
       previous?.key === wanted.key
-        ? { ...fresh, from: previous.from, to: previous.to, proposals: { ...previous.proposals, ...fresh.proposals } }
-        : fresh,
+        ? { ...next, from: previous.from, to: previous.to, proposals: { ...previous.proposals, ...next.proposals } }
+        : next,
     );
     if (delay) await sleep(delay, ended);
     if (ended.aborted) return;
@@ -74,7 +74,7 @@ export function createFollowControl({ store, api, edit, author, signal, toast, s
         return;
       }
       store.dispatch((state) =>
-        putFollowing(setFollowing(state, { ...fresh, from: current()?.from ?? null, to: current()?.to ?? null }), null, answer),
+        putFollowing(setFollowing(state, { ...next, from: current()?.from ?? null, to: current()?.to ?? null }), null, answer),
       );
       await poll(answer.id, ended);
     } catch (thrown) {
@@ -87,7 +87,7 @@ export function createFollowControl({ store, api, edit, author, signal, toast, s
     for (;;) {
       const following = current();
       if (ended.aborted || following?.id !== id) return;
-      const inProgress = isUnderWay(following);
+      const inProgress = isInProgress(following);
       if (!inProgress) await sleep(IDLE_POLL_INTERVAL_MS, ended);
       if (ended.aborted) return;
       try {
@@ -96,7 +96,7 @@ export function createFollowControl({ store, api, edit, author, signal, toast, s
         store.dispatch(putFollowing, id, answer);
       } catch (thrown) {
         if (ended.aborted) return;
-        if (!mayRepeat(thrown)) return fail(thrown, ended);
+        if (!isRetryable(thrown)) return fail(thrown, ended);
         await sleep(RETRY_DELAY_MS, ended);
       }
     }
@@ -130,7 +130,7 @@ export function createFollowControl({ store, api, edit, author, signal, toast, s
       drop();
       return true;
     },
-    drop: drop,
+    drop,
     async open(run) {
       const ended = restartRequests();
       try {

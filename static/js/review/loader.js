@@ -7,10 +7,10 @@
  * @typedef {import('../state-types.js').State} State
  * @typedef {import('../types.js').Run} Run
  */
-import { ApiError, mayRepeat, sentence } from '../api/errors.js';
+import { ApiError, isRetryable, sentence } from '../api/errors.js';
 import { NEXT_TRACK } from '../model/route.js';
 import { createTimebase } from '../model/timebase.js';
-import { tracksBehind } from '../model/track_lane.js';
+import { engineTracksOf } from '../model/track_lane.js';
 import { hideBanner, showBanner, setRuns } from '../store/actions/page.js';
 import { changeReview, closeReview, openReview, putLane, seek, select, selectedLanes } from '../store/actions/review.js';
 import { createChunks } from './chunks.js';
@@ -134,7 +134,7 @@ export function createLoader(app, hooks) {
     } catch (thrown) {
       // the screen itself shows that a video does not exist
       if (store.get().review || !(thrown instanceof ApiError && thrown.status === 404)) fail(thrown, signal);
-      if (mayRepeat(thrown)) setTimeout(() => !signal.aborted && void open(route), RETRY_DELAY_MS);
+      if (isRetryable(thrown)) setTimeout(() => !signal.aborted && void open(route), RETRY_DELAY_MS);
     }
   }
 
@@ -205,7 +205,7 @@ export function createLoader(app, hooks) {
       sync();
     } catch (thrown) {
       fail(thrown, signal);
-      isRetrying = mayRepeat(thrown);
+      isRetrying = isRetryable(thrown);
       // nothing else would load the changes that an event has announced
       if (isRetrying) {
         clearTimeout(timer);
@@ -241,7 +241,7 @@ export function createLoader(app, hooks) {
     const signal = AbortSignal.any([opening.signal, app.signal]);
     loadAround(review, signal, opening);
     if (review.run && review.selected) {
-      for (const track of tracksBehind(review.selected, review.docs[review.selected]))
+      for (const track of engineTracksOf(review.selected, review.docs[review.selected]))
         if (!review.laneOf[track]) loadLane(review.run.id, track, signal);
     }
   }

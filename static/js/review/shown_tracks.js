@@ -17,7 +17,7 @@
  * @property {import('../types.js').OverlayTrack|null} engine
  */
 import { isCorrected } from '../model/corrected.js';
-import { NO_CLASS, beganAs } from '../model/documents.js';
+import { NO_CLASS, originTrack } from '../model/documents.js';
 import { boxAt } from '../model/effective.js';
 import { proposalAt } from '../model/following.js';
 
@@ -54,7 +54,7 @@ export function shownTracks(review, frame = review.frame) {
     const at = boxAt(doc, frame, engineBox, (id) => classes.get(id) ?? null);
     if (at === null) continue;
     const segment = doc.segments.find(({ first, last }) => first <= frame && frame <= last);
-    const originalTrack = at.class_id === NO_CLASS && doc.class_id === null && doc.keys[frame]?.class_id == null ? beganAs(doc) : null;
+    const originalTrack = at.class_id === NO_CLASS && doc.class_id === null && doc.keys[frame]?.class_id == null ? originTrack(doc) : null;
     shown.push({
       key: doc.key,
       ...at,

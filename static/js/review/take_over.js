@@ -3,7 +3,7 @@
 
 import { sentence } from '../api/errors.js';
 import { plural } from '../model/format.js';
-import { signature } from '../core/preferences.js';
+import { authorName } from '../core/preferences.js';
 import { toast } from '../core/toast.js';
 
 /**
@@ -28,7 +28,7 @@ function takeOverMessage({ changed, made, same, skipped }) {
  * @param {() => void} [onChange]        called after each change of the corrections, including the undo
  */
 export async function takeOver(app, run, request, onChange = () => {}) {
-  const name = signature(app.store.get().session);
+  const name = authorName(app.store.get().session);
   const author = name || app.store.get().session?.author || 'someone';
   try {
     const found = await app.api.takeOver(run, { ...request, author: name }, { signal: app.signal });

@@ -6,7 +6,7 @@
  * Events that arrive while a request is pending are therefore applied again on top of its answer. An event contains its
  * whole subject, so applying it twice does no harm, and newer data arrives with a later event.
  */
-import { dropMade, dropRun, dropVideo, putOutput, putModel, putRun, putVideo } from './actions/page.js';
+import { dropOutputOrModel, dropRun, dropVideo, putOutput, putModel, putRun, putVideo } from './actions/page.js';
 
 import { dropAssignment, putAssignment } from './actions/team.js';
 
@@ -40,7 +40,7 @@ export function afterEvent(state, event) {
       return putAssignment(state, event.data);
     case 'removed':
       if (event.data.kind === 'assignment') return dropAssignment(state, event.data.id);
-      return dropMade(dropRun(dropVideo(state, event.subject), event.subject), event.subject);
+      return dropOutputOrModel(dropRun(dropVideo(state, event.subject), event.subject), event.subject);
     default:
       return state;
   }
@@ -52,22 +52,22 @@ export function afterEvent(state, event) {
  */
 export function createCatchUp(store) {
   /** For each pending request, the events since it was made. @type {Set<ServerEvent[]>} */
-  const open = new Set();
+  const pendingRequests = new Set();
   return {
     receive(event) {
-      for (const received of open) received.push(event);
+      for (const received of pendingRequests) received.push(event);
       store.dispatch(afterEvent, event);
     },
-    async load(ask, put) {
+    async load(request, put) {
       /** @type {ServerEvent[]} */
       const received = [];
-      open.add(received);
+      pendingRequests.add(received);
       try {
-        const answer = await ask();
+        const answer = await request();
         store.dispatch((state) => received.reduce(afterEvent, put(state, answer)));
         return answer;
       } finally {
-        open.delete(received);
+        pendingRequests.delete(received);
       }
     },
   };

@@ -7,7 +7,7 @@ import { NO_FILTER } from '../model/queue.js';
 /** @typedef {import('../state-types.js').ReviewState} ReviewState */
 
 /** The layers that a first visit shows. @type {ReviewState['layers']} */
-export const USUAL_LAYERS = Object.freeze({
+export const DEFAULT_LAYERS = Object.freeze({
   detections: false,
   predictions: true,
   search: false,
@@ -37,7 +37,7 @@ export const initialState = () => ({
   elsewhere: [],
   connection: 'online',
   theme: 'auto',
-  layers: USUAL_LAYERS,
+  layers: DEFAULT_LAYERS,
   fewLabels: false,
   lanesView: { folded: true, lane: 'gate' },
   dialog: null,
@@ -63,7 +63,7 @@ export const LAYERS = /** @type {const} */ ([
  * @param {boolean} [fewLabels]
  * @returns {ReviewState}
  */
-export const initialReview = (video, layers = USUAL_LAYERS, fewLabels = false) => ({
+export const initialReview = (video, layers = DEFAULT_LAYERS, fewLabels = false) => ({
   video,
   timebase: null,
   run: null,

@@ -8,16 +8,16 @@
 
 /**
  * @param {State} initial
- * @param {(run: () => void) => void} [later]   defers the call of listeners; tests pass one that they control
+ * @param {(run: () => void) => void} [defer]   defers the call of listeners; tests pass one that they control
  * @returns {Store}
  */
-export function createStore(initial, later = (run) => void Promise.resolve().then(run)) {
+export function createStore(initial, defer = (run) => void Promise.resolve().then(run)) {
   let state = initial;
   let pending = false;
   /** @type {Set<(state: State) => void>} */
   const listeners = new Set();
 
-  function tell() {
+  function notifyListeners() {
     pending = false;
     for (const listener of [...listeners]) listener(state);
   }
@@ -30,7 +30,7 @@ export function createStore(initial, later = (run) => void Promise.resolve().the
       state = next;
       if (pending) return;
       pending = true;
-      later(tell);
+      defer(notifyListeners);
     },
     subscribe(listener) {
       listeners.add(listener);

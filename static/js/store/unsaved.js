@@ -6,11 +6,11 @@
  * @returns {{unsaved: number, held: number}} unsaved: not acknowledged by the server; held: those of them that need a decision
  */
 export function unsavedOf({ review, elsewhere }) {
-  const here = review?.unsaved ?? [];
+  const operations = review?.unsaved ?? [];
   /** @param {{unsaved: number}[]} runs */
   const sum = (runs) => runs.reduce((total, { unsaved }) => total + unsaved, 0);
   return {
-    unsaved: here.length + sum(elsewhere),
-    held: here.filter(({ held }) => held).length + sum(elsewhere.filter(({ held }) => held)),
+    unsaved: operations.length + sum(elsewhere),
+    held: operations.filter(({ held }) => held).length + sum(elsewhere.filter(({ held }) => held)),
   };
 }

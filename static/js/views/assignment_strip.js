@@ -2,8 +2,8 @@
 /** The open assignment above the picture: its instructions and its state. */
 
 import { sentence } from '../api/errors.js';
-import { framesOf, may, STATES } from '../model/team.js';
-import { openWork, waitingWork } from '../operations/team.js';
+import { assignedFrames, may, STATES } from '../model/team.js';
+import { openAssignment, assignmentsForUser } from '../operations/team.js';
 import { runOperation } from '../operations/registry.js';
 import { openDialog } from '../store/actions/page.js';
 import { putAssignment } from '../store/actions/team.js';
@@ -85,8 +85,8 @@ export function createAssignmentStrip(app) {
   return {
     element,
     update(state) {
-      const assignment = openWork(state);
-      const waiting = waitingWork(state);
+      const assignment = openAssignment(state);
+      const waiting = assignmentsForUser(state);
       const otherCount = [...waiting.own, ...waiting.review].filter(({ id }) => id !== assignment?.id).length;
       const key = JSON.stringify([assignment, otherCount, state.session?.person]);
       if (key === shownKey) return;
@@ -98,7 +98,7 @@ export function createAssignmentStrip(app) {
       fill(
         element,
         h('span', { class: `state-chip state-${assignment.state}` }, STATES[assignment.state]),
-        h('span.truncate', `${isOwn ? 'Your work' : `Work of ${assignment.person}`}: ${framesOf(assignment)}`),
+        h('span.truncate', `${isOwn ? 'Your work' : `Work of ${assignment.person}`}: ${assignedFrames(assignment)}`),
         assignment.comment &&
           h(
             'span.work-comment.truncate.grow',

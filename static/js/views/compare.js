@@ -10,7 +10,7 @@ import { errorState, loadingState } from './placeholders.js';
 import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { describeRunModels } from './model_version_text.js';
-import { runInexact } from '../model/run_words.js';
+import { runInexact } from '../model/describe_run.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */

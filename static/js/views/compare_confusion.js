@@ -1,7 +1,7 @@
 // @ts-check
 /** The confusion matrix: a table that is also a heat map; correct cells are on the diagonal. */
 
-import { className, labelFor } from '../model/labels.js';
+import { labelName, labelFor } from '../model/labels.js';
 import { h } from './dom.js';
 import { count, plural } from '../model/format.js';
 import { imageWithPlaceholder } from './images.js';
@@ -42,7 +42,7 @@ export function arrangeConfusion({ classes, cells }) {
  */
 export function describeCell({ reference, candidate }, labels, engineNames = {}) {
   /** @param {number|null} id */
-  const name = (id) => engineNames[String(id)] ?? className(labels, id);
+  const name = (id) => engineNames[String(id)] ?? labelName(labels, id);
   if (candidate === null) return `${name(reference)}, missed`;
   return `${reference === null ? 'No sign' : name(reference)}, read as ${name(candidate)}`;
 }
@@ -58,7 +58,7 @@ export function createConfusionMatrix(comparison, labels, onShowPlaces) {
   /** @param {number|null} id @param {string} absentText */
   const head = (id, absentText) => {
     const picture = labelFor(labels, id)?.picture;
-    const text = id === null ? absentText : (comparison.confusion.words?.[String(id)] ?? className(labels, id));
+    const text = id === null ? absentText : (comparison.confusion.words?.[String(id)] ?? labelName(labels, id));
     return h(
       'span.matrix-head',
       { title: text },

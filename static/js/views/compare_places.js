@@ -4,8 +4,8 @@
  * taken over.
  */
 
-import { cropRegion, placeIn } from '../model/crop_region.js';
-import { className } from '../model/labels.js';
+import { cropRegion, cssPosition } from '../model/crop_region.js';
+import { labelName } from '../model/labels.js';
 import { formatRoute } from '../model/route.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
@@ -200,7 +200,7 @@ export function createPlaceList(app, comparison, labels, onChange) {
    */
   function crop(frame, region, side, { box, other_box: other }) {
     /** @param {import('../types.js').Box} one @param {'reference'|'candidate'} whose */
-    const boxElement = (one, whose) => h('span', { class: `place-box place-box-${whose}`, style: placeIn(one, region) });
+    const boxElement = (one, whose) => h('span', { class: `place-box place-box-${whose}`, style: cssPosition(one, region) });
     return h(
       'span.place-crop',
       imageWithPlaceholder({
@@ -235,7 +235,7 @@ const boundingBox = (boxes) => [
  */
 export function describePair({ confusion }, side, { label, other, other_label, iou }, labels) {
   /** @param {number|null} id */
-  const name = (id) => confusion.words?.[String(id)] ?? className(labels, id);
+  const name = (id) => confusion.words?.[String(id)] ?? labelName(labels, id);
   if (other === null) return `${name(label)}, no box of the ${side === 'reference' ? 'candidate' : 'reference'} on it`;
   const [a, b] = side === 'reference' ? [label, other_label] : [other_label, label];
   return `${a === b ? name(a) : `${name(a)} → ${name(b)}`}, IoU ${iou.toFixed(2)}`;

@@ -1,8 +1,8 @@
 // @ts-check
 /** Assignments at the top of the library: the person's own, and for reviewers those that were handed in. */
 
-import { framesOf, STATES } from '../model/team.js';
-import { placeOfWork, waitingWork } from '../operations/team.js';
+import { assignedFrames, STATES } from '../model/team.js';
+import { assignmentAddress, assignmentsForUser } from '../operations/team.js';
 import { fill, h } from './dom.js';
 import { plural } from '../model/format.js';
 
@@ -15,10 +15,10 @@ const row = (assignment, isOwn) =>
     'li.work-row',
     h(
       'a.work-link',
-      { href: placeOfWork(assignment) },
+      { href: assignmentAddress(assignment) },
       h('span', { class: `state-chip state-${assignment.state}` }, STATES[assignment.state]),
       h('span.work-name.truncate', { dir: 'auto' }, assignment.video_name),
-      h('span.small.muted', isOwn ? framesOf(assignment) : `${assignment.person}, ${framesOf(assignment)}`),
+      h('span.small.muted', isOwn ? assignedFrames(assignment) : `${assignment.person}, ${assignedFrames(assignment)}`),
       assignment.comment &&
         h('span.work-comment.truncate.grow.small', { dir: 'auto', title: assignment.comment }, `“${assignment.comment}”`),
     ),
@@ -31,7 +31,7 @@ export function createAssignmentLists() {
   return {
     element,
     update(state) {
-      const { own: assignedToPerson, review } = waitingWork(state);
+      const { own: assignedToPerson, review } = assignmentsForUser(state);
       const key = JSON.stringify([assignedToPerson, review]);
       if (key === shownKey) return;
       shownKey = key;

@@ -2,8 +2,8 @@
 /** One video of the library. Elements are kept while the progress changes, so that focus and hover stay. */
 
 import { isVideoFile } from '../model/exchange.js';
-import { reviewOf } from '../model/route.js';
-import { runPart } from '../model/run_progress.js';
+import { reviewAddress } from '../model/route.js';
+import { runShare } from '../model/run_progress.js';
 import { may } from '../model/team.js';
 import { dropVideo, openDialog, putVideo } from '../store/actions/page.js';
 import { createCardAssignments } from './library_card_assignments.js';
@@ -13,7 +13,7 @@ import { bytes, clock, count, figure, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { createProgressBar, setProgress } from './progress_bar.js';
 import { imageHiddenUntilSet } from './images.js';
-import { runProgress } from '../model/run_words.js';
+import { runProgress } from '../model/describe_run.js';
 import { toast } from '../core/toast.js';
 import { toastErrors } from './toast_errors.js';
 
@@ -130,7 +130,7 @@ function stateOf(video, runs) {
   } else {
     const activeRun = runs?.find((run) => run.state === 'running') ?? runs?.find((run) => run.state === 'queued');
     const latestRun = runs?.find((run) => run.id === video.latest_run);
-    if (activeRun) lines.push(h('p.small', runProgress(activeRun)), meter(runPart(activeRun), 'Run'));
+    if (activeRun) lines.push(h('p.small', runProgress(activeRun)), meter(runShare(activeRun), 'Run'));
     else if (latestRun && latestRun.state !== 'complete')
       lines.push(message(latestRun.state === 'failed' ? 'bad' : 'warn', runProgress(latestRun)));
     const { tracks, reviewed } = video.review;
@@ -183,7 +183,7 @@ function actionsOf(app, video) {
   const { session } = app.store.get();
   const actions = [];
   if (video.state === 'ready' && video.latest_run) {
-    actions.push(h('a.btn.btn-primary', { href: reviewOf(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'));
+    actions.push(h('a.btn.btn-primary', { href: reviewAddress(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'));
     actions.push(
       h('button.btn', { onclick: openRuns, 'aria-label': `${plural(video.runs, 'run')} of ${video.name}` }, plural(video.runs, 'run')),
     );

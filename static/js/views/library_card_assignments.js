@@ -1,7 +1,7 @@
 // @ts-check
 /** The assignments of a video on its card, with a button for reviewers. Hidden in a library of one user. */
 
-import { framesOf, may, STATES } from '../model/team.js';
+import { assignedFrames, may, STATES } from '../model/team.js';
 import { openDialog } from '../store/actions/page.js';
 import { fill, h } from './dom.js';
 import { icon } from './icons.js';
@@ -31,7 +31,7 @@ export function createCardAssignments(app, id) {
             'span',
             {
               class: `state-chip state-${assignment.state}`,
-              title: `${assignment.person}: ${STATES[assignment.state]}, ${framesOf(assignment)}`,
+              title: `${assignment.person}: ${STATES[assignment.state]}, ${assignedFrames(assignment)}`,
             },
             `${assignment.person}: ${STATES[assignment.state]}`,
           ),

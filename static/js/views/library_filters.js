@@ -4,7 +4,7 @@
 import { sentence } from '../api/errors.js';
 import { answerText, attributeChoices } from '../model/attributes.js';
 import { NO_CLASS } from '../model/documents.js';
-import { finderOf } from '../model/label_finder.js';
+import { labelFinder } from '../model/label_finder.js';
 import { offeredLabels } from '../model/labels.js';
 import { fill, h, setText } from './dom.js';
 import { plural } from '../model/format.js';
@@ -37,7 +37,7 @@ const REFRESH_DELAY_MS = 1000;
 export function matchQuery({ label, attribute, value, state }, labels) {
   const typed = label.trim();
   const isNotInSet = typed.toLowerCase() === NOT_IN_SET.toLowerCase();
-  const found = typed && !isNotInSet ? finderOf(labels).find(typed) : null;
+  const found = typed && !isNotInSet ? labelFinder(labels).find(typed) : null;
   if (typed && !isNotInSet && (found === null || (found.how === 'number' && !typed.startsWith('#'))))
     return { error: `No label is called “${typed.slice(0, 60)}”.` };
   const query = {

@@ -1,7 +1,7 @@
 // @ts-check
 /** One button that runs the engine on all videos that have no run yet. */
 
-import { notRunYet } from '../model/several_videos.js';
+import { videosWithoutRun } from '../model/several_videos.js';
 import { openDialog } from '../store/actions/page.js';
 import { h, setText } from './dom.js';
 import { count } from '../model/format.js';
@@ -33,7 +33,7 @@ export function createRunAll({ store }) {
   return {
     element,
     show(found) {
-      videos = notRunYet(found);
+      videos = videosWithoutRun(found);
       element.hidden = videos.length < 2;
       setText(label, `Run all new (${count(videos.length)})`);
     },

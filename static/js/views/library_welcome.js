@@ -1,14 +1,14 @@
 // @ts-check
 /** The introduction for new users: the sample drive, its progress, and three hints. */
 
-import { reviewOf } from '../model/route.js';
-import { runPart } from '../model/run_progress.js';
+import { reviewAddress } from '../model/route.js';
+import { runShare } from '../model/run_progress.js';
 import { openDialog } from '../store/actions/page.js';
 import { fill, h } from './dom.js';
 import { icon } from './icons.js';
 import { imageHiddenUntilSet } from './images.js';
 import { recall, remember } from '../core/preferences.js';
-import { runProgress } from '../model/run_words.js';
+import { runProgress } from '../model/describe_run.js';
 
 /** @typedef {import('../state-types.js').State} State */
 
@@ -77,7 +77,7 @@ export function createWelcome(app) {
       fill(
         action,
         isReviewable
-          ? h('a.btn.btn-primary.btn-large', { href: reviewOf(video.id) }, icon('play'), 'Review the sample drive')
+          ? h('a.btn.btn-primary.btn-large', { href: reviewAddress(video.id) }, icon('play'), 'Review the sample drive')
           : video.state === 'ready' &&
               h(
                 'button.btn.btn-primary.btn-large',
@@ -101,7 +101,7 @@ export function createWelcome(app) {
           'p.small.muted',
           isReviewable ? `${runProgress(run).replace(/\.$/, '')}. You can start now: results appear as they are ready.` : runProgress(run),
         ),
-        h('span.meter', { style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
+        h('span.meter', { style: { '--part': `${runShare(run) * 100}%` } }, h('span')),
       );
     else if (run) fill(progress, h('p.small.muted', runProgress(run)));
     else fill(progress);

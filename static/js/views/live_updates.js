@@ -1,7 +1,7 @@
 // @ts-check
 /** Keeps the store up to date with the server: first load, event stream, reload after a gap. */
 
-import { ApiError, mayRepeat, sentence } from '../api/errors.js';
+import { ApiError, isRetryable, sentence } from '../api/errors.js';
 import { openStream } from '../api/events.js';
 import { setAssignments } from '../store/actions/team.js';
 import {
@@ -159,7 +159,7 @@ export function startLiveUpdates(app, hooks = {}) {
       store.dispatch(showBanner, { id: 'load', tone: 'error', text: sentence(thrown) });
       // no event would remove the banner
       clearTimeout(retryTimer);
-      if (mayRepeat(thrown)) retryTimer = setTimeout(() => void reload(), hooks.retryDelayMs ?? RETRY_DELAY_MS);
+      if (isRetryable(thrown)) retryTimer = setTimeout(() => void reload(), hooks.retryDelayMs ?? RETRY_DELAY_MS);
     }
   }
 

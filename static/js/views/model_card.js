@@ -1,7 +1,7 @@
 // @ts-check
 /** One model version: its origin, its figures beside the earlier ones, and actions. */
 
-import { complaints, figureGroups } from '../model/model_figures.js';
+import { regressions, figureGroups } from '../model/model_figures.js';
 import { isActive, progressOf, stateBadge } from './output_text.js';
 import { fill, h, setText } from './dom.js';
 import { figure, moment, percent } from '../model/format.js';
@@ -77,7 +77,7 @@ export function createModelCard(initialVersion, onAction) {
 function figuresOf(version) {
   const groups = figureGroups(version.figures);
   if (groups.length === 0) return [version.state === 'complete' ? h('p.muted.small', 'No figures: no data could be held out.') : null];
-  const regressions = complaints(version.figures);
+  const regressions = regressions(version.figures);
   return [
     regressions.length > 0 &&
       h(

@@ -1,7 +1,7 @@
 // @ts-check
 /** The screen of model versions: origin, figures, and the version in use. */
 
-import { dropMade, openDialog, putModel, setModels } from '../store/actions/page.js';
+import { dropOutputOrModel, openDialog, putModel, setModels } from '../store/actions/page.js';
 import { h, reconcile, setText } from './dom.js';
 import { errorState, loadingState } from './placeholders.js';
 import { plural } from '../model/format.js';
@@ -79,7 +79,7 @@ export function createModels(app) {
           note: 'A version that runs or other versions depend on cannot be deleted.',
           run: async () => {
             await api.removeModel(version.id);
-            store.dispatch(dropMade, version.id);
+            store.dispatch(dropOutputOrModel, version.id);
             toast(`${version.name} was deleted.`);
           },
         },

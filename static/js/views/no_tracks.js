@@ -1,11 +1,11 @@
 // @ts-check
 /** The reason for an empty list of tracks, with a button if the run can be resumed. */
 
-import { canGoOn, whyNoTracks } from '../model/no_tracks.js';
+import { canResume, whyNoTracks } from '../model/no_tracks.js';
 import { changeRun } from './change_run.js';
 import { h, setText } from './dom.js';
 import { icon } from './icons.js';
-import { signature } from '../core/preferences.js';
+import { authorName } from '../core/preferences.js';
 
 /**
  * @param {import('./view_actions.js').ViewApp} app
@@ -26,7 +26,7 @@ export function createNoTracks(app, className) {
     const video = app.store.get().review?.video.id;
     if (!video) return;
     byHandButton.disabled = true;
-    await changeRun(app, () => app.api.startByHand(video, signature(app.store.get().session)));
+    await changeRun(app, () => app.api.startByHand(video, authorName(app.store.get().session)));
     byHandButton.disabled = false;
   }
 
@@ -45,7 +45,7 @@ export function createNoTracks(app, className) {
       const reason = whyNoTracks(review, total) || fallback;
       setText(text, reason);
       element.hidden = reason === '';
-      resumeButton.hidden = !canGoOn(review, total);
+      resumeButton.hidden = !canResume(review, total);
       byHandButton.hidden = review.run !== null || review.timebase === null;
     },
   };

@@ -2,7 +2,7 @@
 /** One file that was made from runs: state, progress, omitted data, download, removal. */
 
 import { formatRoute } from '../model/route.js';
-import { dropMade, openDialog, putOutput } from '../store/actions/page.js';
+import { dropOutputOrModel, openDialog, putOutput } from '../store/actions/page.js';
 import { describeContent, describeOutput, isActive, KINDS, progressOf, skippedItems, stateBadge, outputWarnings } from './output_text.js';
 import { fill, h, setText } from './dom.js';
 import { count, plural } from '../model/format.js';
@@ -195,7 +195,7 @@ function actionsOf(app, output) {
 function confirmRemoval(app, output) {
   const remove = async () => {
     await app.api.removeOutput(output.id);
-    app.store.dispatch(dropMade, output.id);
+    app.store.dispatch(dropOutputOrModel, output.id);
     toast(`${output.name} was deleted.`);
   };
   if (output.state !== 'complete') {

@@ -1,7 +1,7 @@
 // @ts-check
 /** Texts about files made from runs. Pure functions. */
 
-import { listed } from '../model/track_name.js';
+import { listNames } from '../model/track_name.js';
 import { bytes, count, moment, plural } from '../model/format.js';
 
 /** @typedef {import('../types.js').Output} Output */
@@ -86,7 +86,7 @@ const MAX_NAMED_LABELS = 6;
 export function outputWarnings({ summary }) {
   const splitWarnings = Object.entries(summary.split?.lacks ?? {})
     .filter(([, names]) => Array.isArray(names) && names.length > 0)
-    .map(([side, names]) => `The ${side} part has no sign of ${listed(names.map(String), MAX_NAMED_LABELS)}, which others have.`);
+    .map(([side, names]) => `The ${side} part has no sign of ${listNames(names.map(String), MAX_NAMED_LABELS)}, which others have.`);
   const open = Number(summary.open_left ?? 0);
   return open > 0
     ? [...splitWarnings, `${plural(open, 'open track')} left out: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`]

@@ -1,7 +1,7 @@
 // @ts-check
 /** Polls a file that the server is making. */
 
-import { mayRepeat } from '../api/errors.js';
+import { isRetryable } from '../api/errors.js';
 import { isActive } from './output_text.js';
 
 /**
@@ -23,7 +23,7 @@ export async function pollUntilFinished(file, fetchFile, { intervalMs, isAbandon
     try {
       current = await fetchFile(current.id);
     } catch (thrown) {
-      if (!mayRepeat(thrown)) throw thrown;
+      if (!isRetryable(thrown)) throw thrown;
     }
     if (isAbandoned()) return null;
   }

@@ -4,7 +4,7 @@
  * place.
  */
 
-import { sizeOf, zoomedTo } from '../model/geometry.js';
+import { sizeOf, zoomToBox } from '../model/geometry.js';
 import { changeReview, setViewport } from '../store/actions/review.js';
 
 /** The longest wait for a review to open, ms. */
@@ -43,7 +43,7 @@ export function showInReview(app, run, { second = null, truth = null, video = nu
     if (target !== null)
       queueMicrotask(() =>
         app.store.dispatch((now) =>
-          changeReview(setViewport(now, zoomedTo(target.box, ZOOMED_SIZE_PX, sizeOf(now.review?.video))), { truthSign: target.sign }),
+          changeReview(setViewport(now, zoomToBox(target.box, ZOOMED_SIZE_PX, sizeOf(now.review?.video))), { truthSign: target.sign }),
         ),
       );
   }

@@ -4,7 +4,7 @@
 import { sentence } from '../api/errors.js';
 import { commandName } from '../editing/command_names.js';
 import { formatRoute } from '../model/route.js';
-import { anHour, may } from '../model/team.js';
+import { tracksPerHour, may } from '../model/team.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
 import { emptyState, errorState, loadingState } from './placeholders.js';
@@ -123,7 +123,7 @@ function ownSecondOpinion(app, signal) {
 function personRow(worker) {
   const numbers = [
     count(worker.decided),
-    anHour(worker) ?? '–',
+    tracksPerHour(worker) ?? '–',
     count(worker.rejected),
     worker.hours.toFixed(1),
     count(worker.assigned),
@@ -148,7 +148,7 @@ function personRow(worker) {
  */
 function renderActivity(app, activity, signal) {
   const { worker } = activity;
-  const perHour = anHour(worker);
+  const perHour = tracksPerHour(worker);
   const list = h('ol.activity', { 'aria-label': 'Activity, newest first' }, ...activity.done.map(activityRow));
   const isOwn = app.store.get().session?.person?.name === worker.name;
   let cursor = activity.more;

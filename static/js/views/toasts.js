@@ -5,8 +5,8 @@
  * outdated then and their button would undo something else.
  */
 
-import { OVER, TOAST } from '../core/toast.js';
-import { parseRoute, samePlace } from '../model/route.js';
+import { TOAST_END, TOAST } from '../core/toast.js';
+import { parseRoute, isSameView } from '../model/route.js';
 import { h } from './dom.js';
 import { icon } from './icons.js';
 
@@ -80,7 +80,7 @@ export function createToasts(app) {
   }
 
   document.addEventListener(TOAST, (event) => show(/** @type {CustomEvent} */ (event).detail), { signal });
-  document.addEventListener(OVER, () => [...temporary.values()].forEach(({ close }) => close()), { signal });
+  document.addEventListener(TOAST_END, () => [...temporary.values()].forEach(({ close }) => close()), { signal });
   addEventListener('resize', position, { signal });
   return {
     element,
@@ -88,7 +88,7 @@ export function createToasts(app) {
       if (state.route === route) return;
       route = state.route;
       if (element.childElementCount > 0) position();
-      for (const shown of [...temporary.values()]) if (!samePlace(shown.route, state.route, state.review?.run?.id ?? null)) shown.close();
+      for (const shown of [...temporary.values()]) if (!isSameView(shown.route, state.route, state.review?.run?.id ?? null)) shown.close();
     },
     destroy: () => lifetime.abort(),
   };

@@ -11,7 +11,7 @@ import { fill, h, returnFocusToPicture, setAttribute, setText } from './dom.js';
 import { icon, isIcon } from './icons.js';
 import { modelVersionSuffix } from './model_version_text.js';
 import { createPerson } from './topbar_person.js';
-import { runTitle } from '../model/run_words.js';
+import { runTitle } from '../model/describe_run.js';
 import { toast } from '../core/toast.js';
 
 /** @typedef {import('../page-types.js').App} App */
@@ -183,7 +183,10 @@ function showChooser(state, chooser, videoSelect, runSelect) {
   const videoRuns = state.runs[route.video] ?? (state.review?.run ? [state.review.run] : []);
   setOptions(
     runSelect,
-    listRuns(videoRuns).map(({ run, under }) => [run.id, `${under ? '↳ ' : ''}${runTitle(run)}${modelVersionSuffix(run, state.models)}`]),
+    listRuns(videoRuns).map(({ run, isWhatIf: under }) => [
+      run.id,
+      `${under ? '↳ ' : ''}${runTitle(run)}${modelVersionSuffix(run, state.models)}`,
+    ]),
     state.review?.run?.id ?? route.run ?? '',
     'no longer exists',
   );

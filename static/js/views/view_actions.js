@@ -28,8 +28,8 @@ export function select(app, key) {
  */
 export function handleInMode(app, key) {
   const { review } = app.store.get();
-  if (review === null || modeOf(review).take === null) return false;
-  app.store.dispatch(actions.take, key);
+  if (review === null || modeOf(review).onTrackClick === null) return false;
+  app.store.dispatch(actions.applyTrackClick, key);
   return true;
 }
 

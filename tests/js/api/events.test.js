@@ -34,9 +34,9 @@ const change = (seq) => `id: ${seq}\nevent: change\ndata: {"seq":${seq},"kind":"
  * Connections that each give some text and then break; afterwards the server is silent.
  * @param {(string|number)[]} script   text, or the status of a refusal
  */
-async function play(script) {
+async function runScript(script) {
   const seen = /** @type {number[]} */ ([]);
-  const asked = /** @type {(string|null)[]} */ ([]);
+  const lastEventIds = /** @type {(string|null)[]} */ ([]);
   const states = /** @type {string[]} */ ([]);
   const waits = /** @type {number[]} */ ([]);
   const storage = /** @type {(string|null)[]} */ ([]);
@@ -49,7 +49,7 @@ async function play(script) {
   });
   const fetch = /** @type {any} */ (
     async (/** @type {string} */ _, /** @type {RequestInit} */ init) => {
-      asked.push(new Headers(init.headers).get('Last-Event-ID'));
+      lastEventIds.push(new Headers(init.headers).get('Last-Event-ID'));
       const next = script.shift();
       if (next === undefined) {
         finish();
@@ -71,11 +71,11 @@ async function play(script) {
   });
   await finished;
   stream.close();
-  return { seen, asked, states, waits, storage, resets, denied };
+  return { seen, asked: lastEventIds, states, waits, storage, resets, denied };
 }
 
 test('a broken stream continues after the last number, without gaps or repeats', async () => {
-  const found = await play([
+  const found = await runScript([
     `id: 3\nevent: hello\ndata: {"seq": 3}\n\n${change(4)}${change(5)}`,
     `id: 5\nevent: hello\ndata: {}\n\n${change(5)}${change(6)}`,
   ]);
@@ -85,18 +85,18 @@ test('a broken stream continues after the last number, without gaps or repeats',
 });
 
 test('an event before the number zero is not lost: the first hello counts', async () => {
-  const found = await play(['id: 0\nevent: hello\ndata: {}\n\n', change(1)]);
+  const found = await runScript(['id: 0\nevent: hello\ndata: {}\n\n', change(1)]);
   assert.deepEqual(found.asked, [null, '0', '1']);
   assert.deepEqual(found.seen, [1]);
 });
 
 test('half a message of a broken connection is dropped', async () => {
-  const found = await play([`id: 1\nevent: hello\ndata: {}\n\n${change(2)}id: 3\nevent: change\ndata: {"seq":3,`, change(3)]);
+  const found = await runScript([`id: 1\nevent: hello\ndata: {}\n\n${change(2)}id: 3\nevent: change\ndata: {"seq":3,`, change(3)]);
   assert.deepEqual(found.seen, [2, 3]);
 });
 
 test('refusals wait longer each time; the number after a reset counts from there', async () => {
-  const found = await play([503, 503, 503, `id: 40\nevent: reset\ndata: {}\n\n${change(41)}`]);
+  const found = await runScript([503, 503, 503, `id: 40\nevent: reset\ndata: {}\n\n${change(41)}`]);
   assert.deepEqual(found.waits.slice(0, 3), [500, 1000, 2000]);
   assert.equal(found.resets, 1);
   assert.deepEqual(found.seen, [41]);
@@ -104,14 +104,14 @@ test('refusals wait longer each time; the number after a reset counts from there
 
 test('a full disk is reported beside the numbered stream', async () => {
   const full = (/** @type {string} */ text) => `event: storage\ndata: {"text":${text}}\n\n`;
-  const found = await play([`id: 3\nevent: hello\ndata: {"seq": 3}\n\n${full('"full"')}${change(4)}${full('null')}`]);
+  const found = await runScript([`id: 3\nevent: hello\ndata: {"seq": 3}\n\n${full('"full"')}${change(4)}${full('null')}`]);
   assert.deepEqual(found.storage, ['full', null]);
   assert.deepEqual(found.seen, [4]);
   assert.deepEqual(found.asked, [null, '4']);
 });
 
 test('a lost credential is distinguished from a lost server', async () => {
-  const found = await play([401, 'id: 1\nevent: hello\ndata: {}\n\n']);
+  const found = await runScript([401, 'id: 1\nevent: hello\ndata: {}\n\n']);
   assert.equal(found.denied, 1);
 });
 

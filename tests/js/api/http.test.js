@@ -33,7 +33,7 @@ test('the error of the server arrives with code, field and details', async () =>
       [error.status, error.code, error.message, error.field, error.details.current],
       [409, 'stale', 'Somebody was first.', 'key', [1]],
     );
-    assert.equal(error.passing, false);
+    assert.equal(error.isTemporary, false);
     return true;
   });
 });

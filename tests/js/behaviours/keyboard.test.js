@@ -72,7 +72,7 @@ afterEach(() => {
  * @param {Part} [target]
  * @returns {boolean} whether the browser does nothing of its own with it
  */
-function press(key, more = {}, target = PICTURE) {
+function pressKey(key, more = {}, target = PICTURE) {
   const event = Object.assign(new Event('keydown', { cancelable: true }), { ...NONE, repeat: false, key, code: '', ...more });
   Object.defineProperty(event, 'target', { value: target });
   document.dispatchEvent(event);
@@ -104,18 +104,18 @@ test('where a key types a letter of another script, its place counts; where it t
 });
 
 test('the row of digits is the row of digits where its keys type something else without Shift', () => {
-  press('&', { code: 'Digit1' });
-  press('1', { code: 'Digit1', shiftKey: true });
-  press('_', { code: 'Digit8' });
-  press('8', { code: 'Digit8', shiftKey: true });
-  press('*', { code: 'Digit8', shiftKey: true });
+  pressKey('&', { code: 'Digit1' });
+  pressKey('1', { code: 'Digit1', shiftKey: true });
+  pressKey('_', { code: 'Digit8' });
+  pressKey('8', { code: 'Digit8', shiftKey: true });
+  pressKey('*', { code: 'Digit8', shiftKey: true });
   assert.deepEqual(done, ['1', '1', '8', 'Shift+8', 'Shift+8']);
 });
 
 test('a key that is held judges one track, and steps on through the frames', () => {
   for (const key of ['a', 'Delete', 'f']) {
-    press(key);
-    for (let k = 0; k < 3; k++) assert.equal(press(key, { repeat: true }), true, 'nor does the browser do anything with it');
+    pressKey(key);
+    for (let k = 0; k < 3; k++) assert.equal(pressKey(key, { repeat: true }), true, 'nor does the browser do anything with it');
   }
   assert.deepEqual(done, ['A', 'Del', 'F', 'F', 'F', 'F']);
 });
@@ -123,11 +123,11 @@ test('a key that is held judges one track, and steps on through the frames', () 
 test("the arrows are the review's after a click on a row or a button, so Alt and an arrow never leave the page", () => {
   const row = new Part('[tabindex="0"]', { scrollHeight: 900, clientHeight: 300 });
   const button = new Part('button');
-  for (const target of [row, button]) for (const key of ['ArrowLeft', 'ArrowDown']) press(key, {}, target);
+  for (const target of [row, button]) for (const key of ['ArrowLeft', 'ArrowDown']) pressKey(key, {}, target);
   assert.deepEqual(done, ['ArrowLeft', 'ArrowLeft', 'ArrowDown'], 'what scrolls keeps its own');
   for (const target of [row, button]) {
-    assert.equal(press('ArrowLeft', { altKey: true }, target), true);
-    assert.equal(press('ArrowDown', { shiftKey: true }, target), true);
+    assert.equal(pressKey('ArrowLeft', { altKey: true }, target), true);
+    assert.equal(pressKey('ArrowDown', { shiftKey: true }, target), true);
   }
   assert.deepEqual(done.slice(3), ['Alt+ArrowLeft', 'Shift+ArrowDown', 'Alt+ArrowLeft', 'Shift+ArrowDown']);
 });
@@ -135,14 +135,14 @@ test("the arrows are the review's after a click on a row or a button, so Alt and
 test('what has the focus keeps the keys that it needs itself', () => {
   const button = new Part('button');
   const text = new Part('input');
-  assert.equal(press(' ', {}, button), false);
-  for (const key of ['a', 'ArrowLeft', 'Home']) assert.equal(press(key, {}, text), false);
+  assert.equal(pressKey(' ', {}, button), false);
+  for (const key of ['a', 'ArrowLeft', 'Home']) assert.equal(pressKey(key, {}, text), false);
   assert.deepEqual(done, []);
-  assert.equal(press('Escape', {}, button), true);
+  assert.equal(pressKey('Escape', {}, button), true);
 });
 
 test('what is typed before the dialog that was asked for is drawn is typed into it', () => {
   dialog.asked = { kind: 'relabel' };
-  assert.equal(press('a'), false, 'the browser types it where the focus is');
+  assert.equal(pressKey('a'), false, 'the browser types it where the focus is');
   assert.deepEqual([dialog.open, done], [true, []]);
 });

@@ -12,7 +12,7 @@ const failOffline = () => {
   throw new ApiError(0, 'offline', 'Gone.');
 };
 
-test('a review that the user has left is still being saved, and the rest is counted', async () => {
+test('edits of a closed review are still sent, and unsent ones counted', async () => {
   const { editor, server, store, outbox } = await createEditorFixture();
   server.before = failOffline;
   for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));
@@ -27,7 +27,7 @@ test('a review that the user has left is still being saved, and the rest is coun
   assert.deepEqual([server.log, store.get().elsewhere, await outbox.all()], [['set_box', 'set_box', 'set_box'], [], []]);
 });
 
-test('what an earlier visit has left is sent without its run being opened, an undo of it too', async () => {
+test('unsent edits and undos of an earlier visit are sent although their run is not open', async () => {
   const first = await createEditorFixture();
   first.editor.edit(setBox('m1', 5, 20));
   await first.editor.settled();
@@ -43,7 +43,7 @@ test('what an earlier visit has left is sent without its run being opened, an un
   assert.deepEqual([first.server.docs.m1.keys, await first.outbox.all()], [{}, []]);
 });
 
-test('an answer that comes after its review was left puts those behind it on what it stored', async () => {
+test('an answer that arrives after its review was closed rebases the later edits', async () => {
   const { editor, server, outbox } = await createEditorFixture();
   /** @type {() => void} */
   let answer = () => {};
@@ -64,7 +64,7 @@ test('an answer that comes after its review was left puts those behind it on wha
   assert.deepEqual([server.log, server.docs.m1.revision, await outbox.all()], [['set_box', 'set_box'], 2, []]);
 });
 
-test('somebody else was first: it waits, other runs do not, and the run asks when it is opened', async () => {
+test('an edit in conflict waits for a decision; other runs are sent', async () => {
   const { editor, server, store, outbox } = await createEditorFixture();
   server.before = failOffline;
   editor.edit(setBox('m1', 5, 20));
@@ -82,7 +82,7 @@ test('somebody else was first: it waits, other runs do not, and the run asks whe
   assert.equal(store.get().dialog?.kind, 'conflict');
 });
 
-test('edits of a run that no longer exists are given up, with a word', async () => {
+test('edits of a deleted run are dropped with a message', async () => {
   const { editor, server, outbox, toasts } = await createEditorFixture();
   server.before = failOffline;
   for (const frame of [5, 6]) editor.edit(setBox('m1', frame, 20));

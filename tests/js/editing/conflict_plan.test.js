@@ -18,7 +18,7 @@ const note = (key, frame, text) => ({ name: 'add_note', key, frame, note_id: tex
  * @param {Command[]} theirs
  * @param {Command[]} mine
  */
-async function meet(theirs, mine) {
+async function editBoth(theirs, mine) {
   const fixture = await createEditorFixture();
   for (const command of theirs) fixture.server.editAsOther(command);
   for (const command of mine) fixture.editor.edit(command);
@@ -33,7 +33,7 @@ async function meet(theirs, mine) {
 }
 
 test('a deleted track is restored with the edit, and both versions show it', async () => {
-  const { plan, editor, server, review, toasts } = await meet(
+  const { plan, editor, server, review, toasts } = await editBoth(
     [{ name: 'delete_track', key: 'm1', frame: 0 }],
     [setBox('m1', 5, 20), setBox('m1', 9, 30)],
   );
@@ -58,7 +58,7 @@ test('a deleted track is restored with the edit, and both versions show it', asy
 });
 
 test('edits of a merged track go to the track that it is part of', async () => {
-  const { plan, editor, server, review, toasts } = await meet(
+  const { plan, editor, server, review, toasts } = await editBoth(
     [{ name: 'merge', key: 'm1', frame: 0, others: ['m2'] }],
     [setBox('m2', 120, 20)],
   );
@@ -70,8 +70,8 @@ test('edits of a merged track go to the track that it is part of', async () => {
   assert.deepEqual([review().selected, review().frame], ['m1', 120], 'what became of it is to be seen');
 });
 
-test('the saved version of a deleted track can be taken too', async () => {
-  const { plan, editor, server, review, store } = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [setBox('m1', 5, 20)]);
+test('the saved version of a deleted track can be kept too', async () => {
+  const { plan, editor, server, review, store } = await editBoth([{ name: 'delete_track', key: 'm1', frame: 0 }], [setBox('m1', 5, 20)]);
   store.dispatch(select, 'm1');
   plan.takeTheirs();
   await editor.settled();
@@ -83,13 +83,13 @@ for (const [name, command] of /** @type {[string, Command][]} */ ([
   ['accepting', { name: 'set_review', key: 'm1', frame: 3, review: 'accepted' }],
 ])) {
   test(`two who do the same are not asked: ${name}`, async () => {
-    const { plan, review, toasts } = await meet([command], [{ ...command, frame: 40 }]);
+    const { plan, review, toasts } = await editBoth([command], [{ ...command, frame: 40 }]);
     assert.deepEqual([plan, review().unsaved, toasts], [null, [], []]);
   });
 }
 
 test('merging two tracks that somebody else has merged asks nothing', async () => {
-  const { plan, review } = await meet(
+  const { plan, review } = await editBoth(
     [{ name: 'merge', key: 'm1', frame: 0, others: ['m2'] }],
     [{ name: 'merge', key: 'm2', frame: 0, others: ['m1'] }],
   );
@@ -97,7 +97,7 @@ test('merging two tracks that somebody else has merged asks nothing', async () =
 });
 
 test('what makes no sense any more is reported with its reason and is not made', async () => {
-  const { plan } = await meet(
+  const { plan } = await editBoth(
     [{ name: 'delete_from', key: 'm1', frame: 30 }],
     [{ name: 'split', key: 'm1', frame: 50, new_key: 'h00000001' }],
   );
@@ -109,7 +109,7 @@ test('what makes no sense any more is reported with its reason and is not made',
 });
 
 test('a note is repeated on top of other changes without a question', async () => {
-  const { plan, server, review, toasts } = await meet([note('m1', 3, 'theirs')], [note('m1', 5, 'mine')]);
+  const { plan, server, review, toasts } = await editBoth([note('m1', 3, 'theirs')], [note('m1', 5, 'mine')]);
   assert.deepEqual([plan, toasts, review().unsaved], [null, [], []]);
   assert.deepEqual(
     server.docs.m1.notes.map(({ text }) => text),
@@ -117,18 +117,18 @@ test('a note is repeated on top of other changes without a question', async () =
   );
 });
 
-test('but not where other edits of the track wait behind it, nor on a deleted one', async () => {
-  const waiting = await meet([setBox('m1', 3, 9)], [note('m1', 5, 'mine'), setBox('m1', 3, 50)]);
+test('a note is not rebased if other edits of the track wait, or if the track is deleted', async () => {
+  const waiting = await editBoth([setBox('m1', 3, 9)], [note('m1', 5, 'mine'), setBox('m1', 3, 50)]);
   assert.equal(waiting.plan.mine[0].notes.length, 1);
   assert.equal(waiting.server.docs.m1.keys[3].box?.[0], 9);
-  const gone = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [note('m1', 5, 'mine')]);
+  const gone = await editBoth([{ name: 'delete_track', key: 'm1', frame: 0 }], [note('m1', 5, 'mine')]);
   assert.equal(gone.plan.mine[0].gone, false);
 });
 
 test('what cannot be done to a deleted track does not restore it either', async () => {
-  const { plan } = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [{ name: 'remove_key', key: 'm1', frame: 5 }]);
+  const { plan } = await editBoth([{ name: 'delete_track', key: 'm1', frame: 0 }], [{ name: 'remove_key', key: 'm1', frame: 5 }]);
   assert.equal(plan, null, 'the page itself refuses to remove what is not there');
-  const later = await meet(
+  const later = await editBoth(
     [
       { name: 'delete_from', key: 'm1', frame: 30 },
       { name: 'delete_track', key: 'm1', frame: 0 },
@@ -142,28 +142,31 @@ test('what cannot be done to a deleted track does not restore it either', async 
 const accepted = (...others) => ({ name: 'review_tracks', key: 'm1', frame: 3, others, review: 'accepted' });
 
 test('one verdict on many leaves out what somebody else has changed, and asks nobody', async () => {
-  const { plan, server, review, toasts } = await meet([setBox('m1', 3, 9)], [accepted('m2')]);
+  const { plan, server, review, toasts } = await editBoth([setBox('m1', 3, 9)], [accepted('m2')]);
   assert.deepEqual([plan, review().unsaved, server.docs.m1.review, server.docs.m2.review], [null, [], 'open', 'accepted']);
   assert.deepEqual(toasts, ['No verdict on track #1: changed by somebody else first.']);
-  const none = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [accepted()]);
+  const none = await editBoth([{ name: 'delete_track', key: 'm1', frame: 0 }], [accepted()]);
   assert.deepEqual([none.plan, none.review().unsaved, none.server.docs.m1.review, none.server.docs.m1.gone], [null, [], 'open', true]);
   assert.deepEqual(none.toasts, toasts, 'also where nothing is left of it');
 });
 
 test('a verdict on many that waits behind a question brings back no deleted track', async () => {
-  const { plan, editor, server } = await meet(
+  const { plan, editor, server } = await editBoth(
     [{ name: 'delete_track', key: 'm1', frame: 0 }],
     [{ name: 'set_not_a_sign', key: 'm2', frame: 60, value: true }, accepted('m2')],
   );
   assert.equal(plan, null);
   await editor.settled();
   assert.deepEqual([server.docs.m1.gone, server.docs.m2.review, server.docs.m2.not_a_sign], [true, 'accepted', true]);
-  const asked = await meet([{ name: 'delete_track', key: 'm1', frame: 0 }], [setBox('m1', 5, 20), accepted('m2')]);
+  const asked = await editBoth([{ name: 'delete_track', key: 'm1', frame: 0 }], [setBox('m1', 5, 20), accepted('m2')]);
   assert.deepEqual(
     asked.plan.commands.map((/** @type {Command} */ { name }) => name),
     ['restore_track', 'set_box', 'review_tracks'],
   );
-  const behind = await meet([setBox('m2', 60, 1), { name: 'delete_track', key: 'm1', frame: 0 }], [setBox('m2', 60, 20), accepted('m2')]);
+  const behind = await editBoth(
+    [setBox('m2', 60, 1), { name: 'delete_track', key: 'm1', frame: 0 }],
+    [setBox('m2', 60, 20), accepted('m2')],
+  );
   assert.deepEqual(behind.plan.commands, [
     { name: 'set_box', key: 'm2', frame: 60, box: [20, 20, 30, 30] },
     { ...accepted(), key: 'm2' },

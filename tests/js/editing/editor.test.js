@@ -19,7 +19,7 @@ test('an edit shows at once and counts as unsaved until the server has answered'
   assert.deepEqual(await outbox.load(RUN), []);
 });
 
-test('tracks with corrections are told apart from those without', async () => {
+test('corrected tracks are distinguished from uncorrected ones', async () => {
   const { editor, review } = await createEditorFixture();
   assert.deepEqual(correctedKeys(review()), []);
   assert.ok(editor.edit({ name: 'add_note', key: 'm1', note_id: 'n'.repeat(32), frame: 5, text: 'Odd.' }));
@@ -119,7 +119,7 @@ for (const { what, status, code, reason } of [
     assert.deepEqual([server.log, toasts, review().unsaved, store.get().banners], [['set_box'], [], [], []]);
   });
 
-test('banners about a changed file end with its run, and so do the edits that wait for it', async () => {
+test('banners and unsent edits of a run with a changed file are removed with the run', async () => {
   const { editor, server, store, outbox, end } = await createEditorFixture();
   const refusal = new Promise((resolve) => {
     server.before = () => {
@@ -187,7 +187,7 @@ test('the saved version can be taken instead', async () => {
   assert.deepEqual(await outbox.load(RUN), []);
 });
 
-test('what is about a whole track is undone with its name, not with a frame', async () => {
+test('undo of a command on a whole track names the track, not a frame', async () => {
   const { editor, toasts } = await createEditorFixture();
   editor.edit({ name: 'set_review', key: 'm2', frame: 60, review: 'accepted' });
   await editor.undo();
@@ -237,7 +237,7 @@ test('a selected track that somebody else takes away is no longer selected', asy
   assert.deepEqual(toasts, ['Track #1 was deleted in another page.']);
 });
 
-test('one that somebody else merged is selected where it is now', async () => {
+test('after a merge by another person, the resulting track is selected', async () => {
   const { editor, server, review, store, toasts } = await createEditorFixture();
   store.dispatch(select, 'm2');
   editor.receive(server.editAsOther({ name: 'merge', key: 'm1', others: ['m2'], frame: 60 }), 'x1');

@@ -18,39 +18,39 @@ const head = (/** @type {string} */ key, /** @type {number} */ version, standard
 });
 
 /** A server with two sets; `vienna` is the video's own where it has one. */
-function createWorld() {
+function createFixture() {
   const store = createStore(initialState());
-  /** @type {string[]} */ const said = [];
-  /** @type {{version: number, labels: import('../../../static/js/types.js').Label[], asked: (string|null)[], refuse: Error|null, lost: Error|null}} */
-  const server = { version: 1, labels: [label({ id: 0, name: 'stop' })], asked: [], refuse: null, lost: null };
+  /** @type {string[]} */ const messages = [];
+  /** @type {{version: number, labels: import('../../../static/js/types.js').Label[], requests: (string|null)[], refusal: Error|null, outage: Error|null}} */
+  const server = { version: 1, labels: [label({ id: 0, name: 'stop' })], requests: [], refusal: null, outage: null };
   const api = /** @type {any} */ ({
-    labelSets: async () => (server.lost ? Promise.reject(server.lost) : [head('gtsrb-43', server.version, true), head('vienna', 1)]),
+    labelSets: async () => (server.outage ? Promise.reject(server.outage) : [head('gtsrb-43', server.version, true), head('vienna', 1)]),
     labels: async (/** @type {string|null} */ video) => (
-      server.asked.push(video),
+      server.requests.push(video),
       video ? [label({ id: 5, name: 'boar' })] : server.labels
     ),
     labelHistory: async () => [{ version: server.version, author: 'Anna', created: '', sentence: 'Added ‘no parking’.', undoes: null }],
     changeLabels: async (/** @type {string} */ set, /** @type {string} */ author, /** @type {any} */ change) => {
-      if (server.refuse) throw server.refuse;
+      if (server.refusal) throw server.refusal;
       server.version += 1;
       server.labels = [...server.labels, label({ id: server.version, name: change.name })];
       return { version: server.version, label: server.labels.at(-1), sentence: `${author} in ${set}` };
     },
   });
-  /** @type {number[]} */ const turned = [];
+  /** @type {number[]} */ const changes = [];
   const sets = createLabelSets({
     store,
     api,
     author: () => 'Ben',
-    notify: (text) => void said.push(text),
-    onChanged: () => void turned.push(1),
+    notify: (text) => void messages.push(text),
+    onChanged: () => void changes.push(1),
   });
   const receive = (version = server.version, subject = 'gtsrb-43') => sets.receive({ seq: 1, kind: 'labels', subject, data: { version } });
-  return { store, server, sets, said, turned, receive };
+  return { store, server, sets, said: messages, turned: changes, receive };
 }
 
 test('labels are those of the video’s own set while it is on the screen', async () => {
-  const { store, sets, server } = createWorld();
+  const { store, sets, server } = createFixture();
   await sets.reload();
   assert.deepEqual([labelSetKey(store.get()), store.get().labels[0].name], ['gtsrb-43', 'stop']);
   const video = /** @type {any} */ ({ id: 'v', label_set: 'vienna', frames: 9 });
@@ -58,15 +58,15 @@ test('labels are those of the video’s own set while it is on the screen', asyn
   sets.sync();
   sets.sync();
   await new Promise((resolve) => setTimeout(resolve));
-  assert.deepEqual([labelSetKey(store.get()), store.get().labels[0].name, server.asked], ['vienna', 'boar', [null, 'v']]);
+  assert.deepEqual([labelSetKey(store.get()), store.get().labels[0].name, server.requests], ['vienna', 'boar', [null, 'v']]);
   store.dispatch((state) => ({ ...state, review: null }));
   sets.sync();
   await new Promise((resolve) => setTimeout(resolve));
   assert.equal(store.get().labels[0].name, 'stop');
 });
 
-test('tracks are read anew where their video has come to use another set, or another version of it', async () => {
-  const { store, server, sets, turned, receive } = createWorld();
+test('tracks are reloaded if their video uses another set or version', async () => {
+  const { store, server, sets, turned, receive } = createFixture();
   await sets.reload();
   const open = (/** @type {any} */ video) => {
     store.dispatch((state) => ({ ...state, review: initialReview(video) }));
@@ -89,7 +89,7 @@ test('tracks are read anew where their video has come to use another set, or ano
 });
 
 test('a change is in the store once it is made, and is no news to the page that made it', async () => {
-  const { store, sets, said, receive } = createWorld();
+  const { store, sets, said, receive } = createFixture();
   await sets.reload();
   const change = sets.change({ type: 'add', name: 'no parking' });
   await Promise.all([change, receive(2)]);
@@ -100,22 +100,22 @@ test('a change is in the store once it is made, and is no news to the page that 
   assert.deepEqual([(await change).sentence, said], ['Ben in gtsrb-43', []]);
 });
 
-test('the labels that a change has left come in with its event where they did not come with its answer', async () => {
-  const { store, sets, server, said, receive } = createWorld();
+test('an event loads the labels after a change whose answer was lost', async () => {
+  const { store, sets, server, said, receive } = createFixture();
   await sets.reload();
-  server.lost = new ApiError(0, 'offline', 'The server cannot be reached.');
+  server.outage = new ApiError(0, 'offline', 'The server cannot be reached.');
   await sets.change({ type: 'add', name: 'no parking' });
-  server.lost = null;
+  server.outage = null;
   assert.equal(store.get().labels.length, 1);
   await receive();
   assert.deepEqual([store.get().labels.map(({ name }) => name), said], [['stop', 'no parking'], []]);
-  const before = server.asked.length;
+  const before = server.requests.length;
   await receive();
-  assert.equal(server.asked.length, before, 'they are here');
+  assert.equal(server.requests.length, before, 'they are here');
 });
 
-test('what somebody else has changed comes in with a sentence', async () => {
-  const { store, sets, server, said, receive } = createWorld();
+test('a change by another person is loaded and announced', async () => {
+  const { store, sets, server, said, receive } = createFixture();
   await sets.reload();
   server.version = 2;
   server.labels = [label({ id: 0, name: 'stop', hidden: true })];
@@ -126,10 +126,10 @@ test('what somebody else has changed comes in with a sentence', async () => {
 });
 
 test('a change that is refused brings in what stands in its way', async () => {
-  const { store, sets, server } = createWorld();
+  const { store, sets, server } = createFixture();
   await sets.reload();
   server.labels = [...server.labels, label({ id: 9, name: 'no parking' })];
-  server.refuse = new ApiError(409, 'taken', 'Anna has added it already.');
+  server.refusal = new ApiError(409, 'taken', 'Anna has added it already.');
   await assert.rejects(sets.change({ type: 'add', name: 'no parking' }), /already/);
   assert.equal(store.get().labels.at(-1)?.id, 9);
   store.dispatch(setLabelSets, []);

@@ -3,19 +3,19 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createNoteDrafts } from '../../../static/js/editing/note_drafts.js';
 
-function memory() {
+function memoryStorage() {
   /** @type {Map<string, string>} */
-  const held = new Map();
+  const stored = new Map();
   const storage = {
-    getItem: (/** @type {string} */ name) => held.get(name) ?? null,
-    setItem: (/** @type {string} */ name, /** @type {string} */ value) => void held.set(name, value),
-    removeItem: (/** @type {string} */ name) => void held.delete(name),
+    getItem: (/** @type {string} */ name) => stored.get(name) ?? null,
+    setItem: (/** @type {string} */ name, /** @type {string} */ value) => void stored.set(name, value),
+    removeItem: (/** @type {string} */ name) => void stored.delete(name),
   };
-  return { held, storage };
+  return { held: stored, storage };
 }
 
 test('each track of each run has a note of its own, and a reload finds it', () => {
-  const { storage } = memory();
+  const { storage } = memoryStorage();
   const drafts = createNoteDrafts(() => storage);
   drafts.set('r', 'm1', 'first ');
   drafts.set('r', 'm2', 'second');
@@ -24,7 +24,7 @@ test('each track of each run has a note of its own, and a reload finds it', () =
 });
 
 test('listeners of note drafts are called for every change, until their signal is aborted', () => {
-  const { storage } = memory();
+  const { storage } = memoryStorage();
   const drafts = createNoteDrafts(() => storage);
   const life = new AbortController();
   let received = 0;
@@ -36,7 +36,7 @@ test('listeners of note drafts are called for every change, until their signal i
 });
 
 test('a note without words leaves nothing behind', () => {
-  const { held, storage } = memory();
+  const { held, storage } = memoryStorage();
   const drafts = createNoteDrafts(() => storage);
   drafts.set('r', 'm1', 'x');
   drafts.set('r', 'm1', ' \n');

@@ -34,7 +34,7 @@ test('a command says which label it means, by key', () => {
   for (const class_id of [-1, null, 7]) assert.equal('label_key' in withLabelKey({ ...relabel, class_id }, LABELS), false);
 });
 
-test('what is sent names the label, also after a reload', async () => {
+test('a sent command names its label by key, also after a reload', async () => {
   /** @type {any[]} */ const sent = [];
   const fixture = await createEditorFixture(serverWithoutLabel(sent));
   fixture.store.dispatch(setLabels, LABELS);
@@ -48,7 +48,7 @@ test('what is sent names the label, also after a reload', async () => {
   fixture.end();
 });
 
-test('a track that was drawn stays, without the label that is gone', async () => {
+test('a drawn track is stored without a label that no longer exists', async () => {
   /** @type {any[]} */ const sent = [];
   const fixture = await createEditorFixture(serverWithoutLabel(sent));
   fixture.editor.edit(createTrack('hdrawn01'));
@@ -62,7 +62,7 @@ test('a track that was drawn stays, without the label that is gone', async () =>
   fixture.end();
 });
 
-test('so does one of a review that was left', async () => {
+test('a drawn track of a closed review is also stored without its deleted label', async () => {
   /** @type {any[]} */ const sent = [];
   const outbox = createMemoryOutbox();
   await outbox.put({ op_id: 'op-left-0001', run: RUN, author: 'a', command: createTrack('hdrawn02'), seen: {} });

@@ -19,7 +19,7 @@ async function nextVisit(first) {
   return createEditorFixture(first.server, first.outbox);
 }
 
-test('a page that dies loses nothing: the next one sends what is left', async () => {
+test('a page that crashes loses no edit: the next page sends the rest', async () => {
   const first = await createEditorFixture();
   first.server.before = offline;
   first.editor.edit(setBox('m1', 5, 20));
@@ -46,7 +46,7 @@ test('edits are sent in the order in which they were made, also when the clock w
   assert.deepEqual(first.server.docs.m1.keys[5].box, [30, 30, 40, 40]);
 });
 
-test('a page that dies between two edits of a track does not quarrel with itself', async () => {
+test('a crash between two edits of a track causes no conflict', async () => {
   const first = await createEditorFixture();
   let calls = 0;
   first.server.before = () => {
@@ -60,7 +60,7 @@ test('a page that dies between two edits of a track does not quarrel with itself
   assert.equal(second.store.get().dialog, null);
 });
 
-test('an edit made before the corrections have come is shown, as unsaved, and sent when they have', async () => {
+test('an edit made before the documents arrive is shown as unsaved and sent after their arrival', async () => {
   const { editor, server, review, toasts } = await createEditorFixture();
   editor.close();
   const opened = editor.open('r'.repeat(32));
@@ -75,13 +75,13 @@ test('an edit made before the corrections have come is shown, as unsaved, and se
   assert.deepEqual(review().docs.m1.keys[5].box, [20, 20, 30, 30]);
 });
 
-test('an edit made before the corrections have come is kept over a reload, and sent once', async () => {
+test('an edit made before the documents arrive survives a reload and is sent once', async () => {
   const outbox = createMemoryOutbox();
   const { editor, server, review, toasts } = await createEditorFixture(createServer(), outbox, null);
   const read = server.annotation;
-  let kept = /** @type {import('../../../static/js/editing/outbox.js').Pending[]} */ ([]);
+  let stored = /** @type {import('../../../static/js/editing/outbox.js').Pending[]} */ ([]);
   server.annotation = async () => {
-    kept = await outbox.load(RUN);
+    stored = await outbox.load(RUN);
     return read();
   };
   const opened = editor.open(RUN);
@@ -92,7 +92,7 @@ test('an edit made before the corrections have come is kept over a reload, and s
   await opened;
   await editor.settled();
   assert.deepEqual(
-    kept.map(({ command, seen }) => [command.name, seen]),
+    stored.map(({ command, seen }) => [command.name, seen]),
     [
       ['set_box', { m1: 0 }],
       ['set_box', { m2: 0 }],
@@ -108,7 +108,7 @@ test('an edit made before the corrections have come is kept over a reload, and s
   );
 });
 
-test('what others do while the corrections are read is shown with what an earlier visit left, never without it', async () => {
+test('changes by others during loading are shown together with unsent edits of an earlier visit', async () => {
   const outbox = createMemoryOutbox();
   const { editor, server, review, store } = await createEditorFixture(createServer(), outbox, null);
   // the first of two has been sent out of the outbox; word of it comes while the documents are read, and of other work, too

@@ -10,13 +10,13 @@ import { RUN, createServer, createEditorFixture, setBox } from './editor_fixture
 const relabel = (/** @type {string} */ key) => /** @type {any} */ ({ name: 'relabel_track', key, frame: 5, class_id: 14 });
 const note = (/** @type {string} */ key) =>
   /** @type {any} */ ({ name: 'add_note', key, frame: 7, note_id: 'n'.repeat(32), text: 'Half hidden.' });
-const dead = () => {
+const failOffline = () => {
   throw new ApiError(0, 'offline', 'Gone.');
 };
 
 test('an undo reverts the edit before it, not one after it, however late the server answers', async () => {
   const { editor, server, review } = await createEditorFixture();
-  server.before = dead;
+  server.before = failOffline;
   editor.edit(setBox('m1', 5, 20));
   void editor.undo();
   assert.deepEqual(review().docs.m1.keys, {}, 'shown at once');
@@ -30,7 +30,7 @@ test('an undo reverts the edit before it, not one after it, however late the ser
 
 test('after a crash of the page, edits after an undo are there, and undone ones are not', async () => {
   const first = await createEditorFixture();
-  first.server.before = dead;
+  first.server.before = failOffline;
   first.editor.edit({ name: 'set_review', key: 'm1', frame: 5, review: 'needs_work' });
   first.editor.edit(setBox('m2', 60, 20));
   void first.editor.undo();
@@ -46,9 +46,9 @@ test('after a crash of the page, edits after an undo are there, and undone ones 
   assert.deepEqual([first.server.docs.m2.keys, first.server.docs.m2.notes.length, first.server.docs.m1.review], [{}, 1, 'needs_work']);
 });
 
-test('redo brings back what an undo on its way takes back; a new edit ends that', async () => {
+test('redo reverts a pending undo; a new edit clears the redo history', async () => {
   const { editor, server, review, toasts } = await createEditorFixture();
-  server.before = dead;
+  server.before = failOffline;
   editor.edit(setBox('m1', 5, 20));
   editor.edit(setBox('m1', 6, 30));
   for (const what of /** @type {const} */ (['undo', 'undo', 'redo'])) void editor[what]();
@@ -64,14 +64,14 @@ test('redo brings back what an undo on its way takes back; a new edit ends that'
   assert.equal(toasts.at(-1), 'There is nothing to redo.');
 });
 
-test('what this page has stored is taken back on the screen at once, what an earlier visit has, when the server answers', async () => {
+test('undo of this page’s edits is shown at once, of earlier ones when the server answers', async () => {
   const first = await createEditorFixture();
   first.editor.edit(setBox('m1', 5, 20));
   await first.editor.settled();
   const second = await createEditorFixture(first.server, first.outbox);
   second.editor.edit(setBox('m1', 6, 30));
   await second.editor.settled();
-  second.server.before = dead;
+  second.server.before = failOffline;
   for (let k = 0; k < 2; k++) void second.editor.undo();
   assert.deepEqual(Object.keys(second.review().docs.m1.keys), ['5']);
   assert.deepEqual(second.toasts, [
@@ -86,9 +86,9 @@ test('what this page has stored is taken back on the screen at once, what an ear
   assert.equal(second.toasts.at(-1), 'Undone: box corrected in frame 5');
 });
 
-test("an edit that was taken back before it met somebody else's is given up without a question", async () => {
+test('an edit that was undone before its conflict is dropped without a question', async () => {
   const { editor, server, store, outbox, review } = await createEditorFixture();
-  server.before = dead;
+  server.before = failOffline;
   editor.edit(setBox('m1', 5, 20));
   void editor.undo();
   server.editAsOther({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
@@ -98,7 +98,7 @@ test("an edit that was taken back before it met somebody else's is given up with
   assert.deepEqual([review().docs.m1.review, review().unsaved], ['accepted', []]);
 });
 
-test('an undo before the corrections have come keeps its place among what is done then', async () => {
+test('an undo before the documents arrive keeps its position among the edits', async () => {
   const { editor, server, review } = await createEditorFixture();
   editor.edit(setBox('m2', 60, 20));
   await editor.settled();
@@ -114,7 +114,7 @@ test('an undo before the corrections have come keeps its place among what is don
   assert.deepEqual([server.docs.m1.keys, server.docs.m1.class_id], [{}, 14]);
 });
 
-test('undo follows what the same person does in another page', async () => {
+test('undo includes edits of the same person in another page', async () => {
   const server = createServer();
   const [one, other] = [await createEditorFixture(server), await createEditorFixture(server)];
   one.editor.edit(setBox('m1', 5, 20));
@@ -153,7 +153,7 @@ test('a page that missed changes of another page says so, and is current afterwa
   assert.deepEqual([server.log, server.docs.m2.keys], [['set_box', 'set_box', 'undo'], {}]);
 });
 
-test('a box that keys move without a pause is one operation, sent with where it is in the end', async () => {
+test('moves by keys without a pause are one operation with the final box', async () => {
   const { editor, server, review, outbox } = await createEditorFixture();
   for (let k = 1; k <= 20; k++) editor.edit(setBox('m1', 5, 20 + k), RUN, 'move');
   assert.deepEqual([review().docs.m1.keys[5].box?.[0], review().unsaved.length], [40, 1]);
@@ -182,7 +182,7 @@ test('a box that keys move without a pause is one operation, sent with where it 
   assert.equal(server.docs.m1.keys[5].box?.[0], 61, 'after a pause it is another step');
 });
 
-test('an answer that comes between two presses leaves what is being moved one step', async () => {
+test('an answer between two key presses does not split their operation', async () => {
   const { editor, server } = await createEditorFixture();
   const answer = deferred();
   const { edit } = server;

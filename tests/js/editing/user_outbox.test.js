@@ -7,7 +7,7 @@ import { createUserOutbox } from '../../../static/js/editing/user_outbox.js';
 /** @param {string} op_id @param {string} author @returns {any} */
 const pending = (op_id, author) => ({ op_id, run: 'r', author, command: { name: 'undo', op_id: '' }, seen: {} });
 
-test('what another person has not saved waits for that person', async () => {
+test('unsaved edits of another person wait for that person', async () => {
   const inner = createMemoryOutbox();
   for (const one of [pending('1', 'ann'), pending('2', 'bob'), pending('3', 'ann')]) await inner.put(one);
   /** @type {string|null} */ let person = 'ann';
@@ -27,7 +27,7 @@ test('what another person has not saved waits for that person', async () => {
   ]);
 });
 
-test('nothing is read before it is known who is there', async () => {
+test('the outbox is not read before the person is known', async () => {
   const inner = createMemoryOutbox();
   await inner.put(pending('1', 'ann'));
   let resolvePerson = () => {};

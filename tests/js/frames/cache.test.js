@@ -4,12 +4,12 @@ import { test } from 'node:test';
 
 import { createFrameCache } from '../../../static/js/frames/cache.js';
 
-const turn = () => new Promise((resolve) => setTimeout(resolve, 2));
+const tick = () => new Promise((resolve) => setTimeout(resolve, 2));
 
-/** @param {number} most */
-function create(most) {
-  /** @type {Map<number, {answer: (ordinal?: number) => void, refuse: () => void, aborted: boolean}>} */
-  const asked = new Map();
+/** @param {number} maxBytes */
+function createCache(maxBytes) {
+  /** @type {Map<number, {answer: (ordinal?: number) => void, reject: () => void, aborted: boolean}>} */
+  const requests = new Map();
   /** @type {number[]} */
   const closed = [];
   const api = /** @type {any} */ ({
@@ -17,22 +17,22 @@ function create(most) {
       new Promise((resolve, reject) => {
         const request = {
           answer: (ordinal = frame) => resolve({ blob: frame, ordinal, exact: true }),
-          refuse: () => reject(new Error('The file is gone.')),
+          reject: () => reject(new Error('The file is gone.')),
           aborted: false,
         };
         signal.addEventListener('abort', () => {
           request.aborted = true;
           reject(new DOMException('', 'AbortError'));
         });
-        asked.set(frame, request);
+        requests.set(frame, request);
       }),
   });
   const decode = async (/** @type {any} */ frame) => /** @type {any} */ ({ width: 10, height: 10, close: () => closed.push(frame) });
-  return { cache: createFrameCache(api, 'v', { most, decode }), asked, closed };
+  return { cache: createFrameCache(api, 'v', { maxBytes, decode }), asked: requests, closed };
 }
 
 test('a picture of another ordinal is never handed out', async () => {
-  const { cache, asked } = create(1e6);
+  const { cache, asked } = createCache(1e6);
   const loading = cache.load(7);
   asked.get(7)?.answer(8);
   await assert.rejects(loading, /Asked for frame 7, got 8/);
@@ -40,7 +40,7 @@ test('a picture of another ordinal is never handed out', async () => {
 });
 
 test('memory is bounded, and recently used pictures stay', async () => {
-  const { cache, asked, closed } = create(400 * 3);
+  const { cache, asked, closed } = createCache(400 * 3);
   for (const frame of [1, 2, 3]) {
     const loading = cache.load(frame);
     asked.get(frame)?.answer();
@@ -55,12 +55,12 @@ test('memory is bounded, and recently used pictures stay', async () => {
 });
 
 test('a seek cancels earlier prefetches and the load that it replaces', async () => {
-  const { cache, asked } = create(1e6);
+  const { cache, asked } = createCache(1e6);
   const stale = cache.load(10);
   stale.catch(() => {});
-  cache.want([11, 12]);
+  cache.prefetch([11, 12]);
   void cache.load(500);
-  cache.want([501]);
+  cache.prefetch([501]);
   assert.deepEqual(
     [10, 11, 12].map((frame) => asked.get(frame)?.aborted),
     [true, true, true],
@@ -70,10 +70,10 @@ test('a seek cancels earlier prefetches and the load that it replaces', async ()
 });
 
 test('a cancelled picture that is needed again is requested again', async () => {
-  const { cache, asked } = create(1e6);
+  const { cache, asked } = createCache(1e6);
   void cache.load(1);
-  cache.want([2]);
-  cache.want([]);
+  cache.prefetch([2]);
+  cache.prefetch([]);
   assert.equal(asked.get(2)?.aborted, true);
   const again = cache.load(2);
   asked.get(2)?.answer();
@@ -81,16 +81,16 @@ test('a cancelled picture that is needed again is requested again', async () => 
 });
 
 test('no more than five requests at once, and the rest follow', async () => {
-  const { cache, asked } = create(1e6);
-  cache.want([1, 2, 3, 4, 5, 6, 7]);
+  const { cache, asked } = createCache(1e6);
+  cache.prefetch([1, 2, 3, 4, 5, 6, 7]);
   assert.equal(asked.size, 5);
   asked.get(1)?.answer();
-  await turn();
+  await tick();
   assert.equal(asked.size, 6);
 });
 
 test('after the end nothing is kept', async () => {
-  const { cache, asked, closed } = create(1e6);
+  const { cache, asked, closed } = createCache(1e6);
   const loading = cache.load(1);
   asked.get(1)?.answer();
   await loading;
@@ -100,12 +100,12 @@ test('after the end nothing is kept', async () => {
 
 test('a soft preview is shown until the picture is requested, and never replaces it', async () => {
   /** @type {boolean[]} */
-  const asked = [];
+  const requests = [];
   /** @type {string[]} */
   const closed = [];
   const api = /** @type {any} */ ({
     frame: async (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { preview }) => {
-      asked.push(preview);
+      requests.push(preview);
       return { blob: preview ? 'soft' : 'sharp', ordinal: frame, exact: !preview };
     },
   });
@@ -116,7 +116,7 @@ test('a soft preview is shown until the picture is requested, and never replaces
   assert.equal((await cache.load(5)).width, 1280);
   assert.deepEqual(closed, ['soft']);
   assert.equal((await cache.preview(5)).width, 1280); // it is there: nothing is asked
-  assert.deepEqual(asked, [true, false]);
+  assert.deepEqual(requests, [true, false]);
 });
 
 test('the picture does not wait for a preview that is still on its way', async () => {
@@ -141,19 +141,19 @@ test('the picture does not wait for a preview that is still on its way', async (
 });
 
 test('while requested pictures fail, nothing is prefetched', async () => {
-  const { cache, asked } = create(1e6);
+  const { cache, asked } = createCache(1e6);
   const gone = cache.load(3);
-  cache.want([4, 5]);
-  asked.get(3)?.refuse();
+  cache.prefetch([4, 5]);
+  asked.get(3)?.reject();
   await assert.rejects(gone, /gone/);
-  for (const frame of [4, 5]) asked.get(frame)?.refuse();
-  await turn();
-  cache.want([6, 7]);
-  await turn();
+  for (const frame of [4, 5]) asked.get(frame)?.reject();
+  await tick();
+  cache.prefetch([6, 7]);
+  await tick();
   assert.equal(asked.has(6), false);
   const back = cache.load(8);
   asked.get(8)?.answer();
   await back;
-  cache.want([9]);
+  cache.prefetch([9]);
   assert.equal(asked.has(9), true);
 });

@@ -4,12 +4,12 @@ import { createInspector } from '../../../static/js/views/inspector/index.js';
 import { createLanes } from '../../../static/js/views/lanes/index.js';
 import { createNoteDrafts } from '../../../static/js/editing/note_drafts.js';
 import { createQueue } from '../../../static/js/views/queue/index.js';
-import { drive, laneOf } from './synthetic.js';
+import { syntheticRun, syntheticLane } from './synthetic_run.js';
 
 const query = new URLSearchParams(location.search);
 const frames = Number(query.get('frames') ?? 132400);
 const count = Number(query.get('tracks') ?? 5000);
-const made = drive(frames, count);
+const made = syntheticRun(frames, count);
 const picked = made.tracks.last.reduce(
   (/** @type {number} */ best, /** @type {number} */ _, /** @type {number} */ i) =>
     made.tracks.last[i] - made.tracks.first[i] > made.tracks.last[best] - made.tracks.first[best] ? i : best,
@@ -18,7 +18,7 @@ const picked = made.tracks.last.reduce(
 /** @param {string|number} text */
 const sign = (text) =>
   `data:image/svg+xml,${encodeURIComponent(`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32"><circle cx="16" cy="16" r="13" fill="#fff" stroke="#c00" stroke-width="5"/><text x="16" y="21" font-size="12" text-anchor="middle" font-family="sans-serif">${text}</text></svg>`)}`;
-const lane = laneOf(made.tracks, picked, made.tracks.last[picked]);
+const lane = syntheticLane(made.tracks, picked, made.tracks.last[picked]);
 const key = `m${lane.id}`;
 /** @param {import('../../../static/js/types.js').Box} box */
 const keyFrame = (box) => ({ box, occluded: false, outside: false, interpolate: true, class_id: null, followed: false });

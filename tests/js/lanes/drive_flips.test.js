@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { flippedPlaces, nextPlace } from '../../../static/js/model/drive_flips.js';
+import { flippedTracks, nextFlippedTrack } from '../../../static/js/model/drive_flips.js';
 
 const flips = {
   tau: 20,
@@ -21,7 +21,7 @@ const doc = (key, more) =>
   /** @type {import('../../../static/js/types.js').TrackDoc} */ (/** @type {unknown} */ ({ key, gone: false, segments: [], ...more }));
 
 test('places are in the order of frames', () => {
-  assert.deepEqual(flippedPlaces(flips, {}), [
+  assert.deepEqual(flippedTracks(flips, {}), [
     { key: 'm5', frame: 12, flips: 1 },
     { key: 'm2', frame: 40, flips: 1 },
     { key: 'm9', frame: 70, flips: 2 },
@@ -39,25 +39,25 @@ test('a deleted track has no place; a merged track has its place in the other tr
       ],
     }),
   };
-  assert.deepEqual(flippedPlaces(flips, docs), [
+  assert.deepEqual(flippedTracks(flips, docs), [
     { key: 'm2', frame: 40, flips: 1 },
     { key: 'm2', frame: 70, flips: 2 },
   ]);
 });
 
 test('next goes from place to place and wraps around', () => {
-  const places = flippedPlaces(flips, {});
-  assert.equal(nextPlace(places, 'm5', 12)?.key, 'm2');
-  assert.equal(nextPlace(places, 'm9', 70)?.key, 'm5');
-  assert.equal(nextPlace(places, null, 41)?.key, 'm9', 'without a selection the next in time');
-  assert.equal(nextPlace(places, 'm4', 71)?.key, 'm5');
-  assert.equal(nextPlace([], 'm4', 71), null);
+  const places = flippedTracks(flips, {});
+  assert.equal(nextFlippedTrack(places, 'm5', 12)?.key, 'm2');
+  assert.equal(nextFlippedTrack(places, 'm9', 70)?.key, 'm5');
+  assert.equal(nextFlippedTrack(places, null, 41)?.key, 'm9', 'without a selection the next in time');
+  assert.equal(nextFlippedTrack(places, 'm4', 71)?.key, 'm5');
+  assert.equal(nextFlippedTrack([], 'm4', 71), null);
   const joined = [
     { key: 'm2', frame: 40, flips: 1 },
     { key: 'm2', frame: 70, flips: 2 },
     { key: 'm3', frame: 70, flips: 1 },
   ];
-  assert.equal(nextPlace(joined, 'm2', 40)?.frame, 70, 'a merged track has two');
-  assert.equal(nextPlace(joined, 'm2', 70)?.key, 'm3');
-  assert.equal(nextPlace(joined, 'm2', 30)?.frame, 40);
+  assert.equal(nextFlippedTrack(joined, 'm2', 40)?.frame, 70, 'a merged track has two');
+  assert.equal(nextFlippedTrack(joined, 'm2', 70)?.key, 'm3');
+  assert.equal(nextFlippedTrack(joined, 'm2', 30)?.frame, 40);
 });

@@ -1,22 +1,30 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { detailColumns, placeAt } from '../../../static/js/model/detail_columns.js';
-import { countFlips, logDomain, logPlace, logValue } from '../../../static/js/model/gate_lane.js';
+import { detailColumns, lastIndexAt } from '../../../static/js/model/detail_columns.js';
+import { countFlips, logDomain, logPosition, valueAtLogPosition } from '../../../static/js/model/gate_lane.js';
 import { hashBits } from '../../../static/js/model/hash_bits.js';
 import { packIntervals } from '../../../static/js/model/interval_packing.js';
-import { CORRECTED, barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex, levelFor } from '../../../static/js/model/lanes_lod.js';
-import { countsAs, sentencesOf, short, sourceAt, symmetryAt, symmetryHint, verdictAt } from '../../../static/js/model/plain_words.js';
+import { CORRECTED, barAt, barName, buildDensity, buildLaneIndex, withVerdicts, levelFor } from '../../../static/js/model/lanes_lod.js';
+import {
+  countsAs,
+  eventSentences,
+  shortNumber,
+  describeSource,
+  describeSymmetry,
+  symmetryHint,
+  describeVerdict,
+} from '../../../static/js/model/describe_events.js';
 import { panBy, reveal, tickStep, timeLabel, toFrame, toX, zoomAround } from '../../../static/js/model/time_axis.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { documentLane } from '../../../static/js/model/track_lane.js';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { SUB_LANES, shownLanes } from '../../../static/js/model/sub_lanes.js';
 import { paintDetail } from '../../../static/js/views/lanes/detail_painter.js';
-import { drive, laneOf } from '../harness/synthetic.js';
+import { syntheticRun, syntheticLane } from '../harness/synthetic_run.js';
 import { label } from '../labels.js';
 
-const { tracks, lanes } = drive(20000, 800);
+const { tracks, lanes } = syntheticRun(20000, 800);
 const entries = trackEntries(tracks, {});
 const index = buildLaneIndex(entries, lanes, {});
 
@@ -77,17 +85,17 @@ test('a verdict or a label keeps the bars: the updated index equals a rebuilt on
   const accepted = { m1: { ...emptyDoc(span), review: /** @type {const} */ ('accepted'), class_id: 7 } };
   const relabelled = { m1: { ...structuredClone(accepted.m1), class_id: 9 } };
   const entriesOf = (/** @type {any} */ docs) => trackEntries(tracks, docs);
-  const judged = judgedLaneIndex(index, entriesOf(accepted), {}, accepted);
+  const judged = withVerdicts(index, entriesOf(accepted), {}, accepted);
   assert.deepEqual(judged, buildLaneIndex(entriesOf(accepted), lanes, accepted));
   assert.ok(judged);
   assert.notDeepEqual(judged.review, index.review); // the old one is not written to
   assert.deepEqual(
-    judgedLaneIndex(judged, entriesOf(relabelled), accepted, relabelled),
+    withVerdicts(judged, entriesOf(relabelled), accepted, relabelled),
     buildLaneIndex(entriesOf(relabelled), lanes, relabelled),
   );
 
   const none = { m1: { ...accepted.m1, not_a_sign: true } };
-  const withoutSign = judgedLaneIndex(judged, entriesOf(none), accepted, none);
+  const withoutSign = withVerdicts(judged, entriesOf(none), accepted, none);
   assert.equal(withoutSign?.review[withoutSign.barOf.get('m1') ?? -1], 2, 'as a false positive');
   assert.deepEqual(withoutSign, buildLaneIndex(entriesOf(none), lanes, none));
 
@@ -106,7 +114,7 @@ test('a verdict or a label keeps the bars: the updated index equals a rebuilt on
     { ...accepted, h1: emptyDoc({ track: 2, first: 3, last: 9 }) },
     {},
   ]))
-    assert.equal(judgedLaneIndex(judged, entriesOf(other), accepted, other), null);
+    assert.equal(withVerdicts(judged, entriesOf(other), accepted, other), null);
 });
 
 test('every bar has a name, even without a class', () => {
@@ -125,8 +133,8 @@ test('queue, lanes and inspector share one list of tracks', () => {
 
 test('density: coarse levels keep the maximum of the joined values', () => {
   const density = buildDensity(entries, 20000);
-  assert.ok(density.most >= 2);
-  for (let level = 1; level < density.tracks.length; level += 1) assert.equal(Math.max(...density.tracks[level]), density.most);
+  assert.ok(density.maxTracks >= 2);
+  for (let level = 1; level < density.tracks.length; level += 1) assert.equal(Math.max(...density.tracks[level]), density.maxTracks);
   assert.equal(levelFor(density, 1), 0);
   assert.equal(levelFor(density, 1e9), density.tracks.length - 1);
 });
@@ -153,7 +161,7 @@ test('ticks are round, labels have the digits that they need', () => {
 });
 
 test('a dragged tau flips exactly the verdicts between both thresholds', () => {
-  const lane = laneOf(tracks, 0);
+  const lane = syntheticLane(tracks, 0);
   lane.l_positive = [null, 5, 12, 14.9, 15, 80, 1e9];
   lane.confident = [null, true, true, true, false, false, false];
   lane.frame = lane.frame.slice(0, 7);
@@ -162,23 +170,23 @@ test('a dragged tau flips exactly the verdicts between both thresholds', () => {
   assert.deepEqual(countFlips(lane, 81), { verdicts: 6, toConfident: 2, toRejected: 0, total: 2 });
   const domain = logDomain(lane, 15);
   assert.deepEqual(domain, { low: 1, high: 1e5 });
-  assert.equal(logPlace(0, domain), 0);
-  assert.equal(logValue(logPlace(15, domain), domain), 15);
+  assert.equal(logPosition(0, domain), 0);
+  assert.equal(valueAtLogPosition(logPosition(15, domain), domain), 15);
 });
 
 test('columns: a step that did not take place is NaN, votes are cumulative', () => {
-  const lane = laneOf(tracks, 1);
+  const lane = syntheticLane(tracks, 1);
   const columns = detailColumns(lane);
   assert.ok(Number.isNaN(columns.series.l_positive[0]));
   assert.ok(columns.votes[1] > columns.votes[0]);
-  assert.equal(placeAt(columns.frame, lane.frame[3]), 3);
-  assert.equal(placeAt(columns.frame, lane.frame[0] - 1), -1);
+  assert.equal(lastIndexAt(columns.frame, lane.frame[3]), 3);
+  assert.equal(lastIndexAt(columns.frame, lane.frame[0] - 1), -1);
 });
 
 test('votes are painted in the frames of the track only, not in the gap of a merged one', () => {
   const [before, after] = [
-    laneOf({ ...tracks, id: [2], first: [83], last: [111] }, 0),
-    laneOf({ ...tracks, id: [6], first: [175], last: [193] }, 0),
+    syntheticLane({ ...tracks, id: [2], first: [83], last: [111] }, 0),
+    syntheticLane({ ...tracks, id: [6], first: [175], last: [193] }, 0),
   ];
   const doc = {
     ...blankDoc('m2'),
@@ -217,7 +225,7 @@ test('votes are painted in the frames of the track only, not in the gap of a mer
 });
 
 test('events are sentences without the name of the track', () => {
-  const lane = laneOf(tracks, 2);
+  const lane = syntheticLane(tracks, 2);
   lane.events = [
     {
       frame: lane.frame[5],
@@ -240,7 +248,7 @@ test('events are sentences without the name of the track', () => {
   lane.hash_distance[7] = 4;
   lane.position_distance[7] = 2;
   lane.source[7] = 1;
-  const sentences = sentencesOf(lane);
+  const sentences = eventSentences(lane);
   assert.deepEqual(
     sentences.map((one) => one.kind),
     ['born', 'relocalised', 'relocalised', 'rejected', 'relabelled', 'ended'],
@@ -249,12 +257,12 @@ test('events are sentences without the name of the track', () => {
   assert.equal(sentences[2].text, 'no detection for 3 frames; a window like it is 6 px left');
   assert.equal(sentences[4].text, "now 'yield' with 60% of the votes, no longer 'stop'");
   assert.equal(sentences[3].text, 'prediction rejected, L = 40 > 15, symmetry 0.2 is low; nothing better was found near it');
-  assert.equal(short(1e9), 'very large');
-  assert.equal(short(null), '–');
+  assert.equal(shortNumber(1e9), 'very large');
+  assert.equal(shortNumber(null), '–');
 });
 
 test('the end and the beginning are reported once, and no sentence names the track', () => {
-  const lane = laneOf(tracks, 2);
+  const lane = syntheticLane(tracks, 2);
   lane.confident.fill(true);
   const end = lane.frame.at(-1) ?? 0;
   lane.events = [
@@ -263,7 +271,7 @@ test('the end and the beginning are reported once, and no sentence names the tra
     { frame: end + 1, kind: 'died', text: `Track ${lane.id} ended: only 27% of its box is in view.` },
   ];
   assert.deepEqual(
-    sentencesOf(lane)
+    eventSentences(lane)
       .filter(({ kind }) => kind !== 'unlearned')
       .map(({ text }) => text),
     ['starts from a detection with score 2.04', 'confirmed by 3 detections in its last 8 frames', 'ended: only 27% of its box is in view'],
@@ -271,7 +279,7 @@ test('the end and the beginning are reported once, and no sentence names the tra
 });
 
 test('a frame says where its box comes from, and its verdict with all factors', () => {
-  const lane = laneOf(tracks, 2);
+  const lane = syntheticLane(tracks, 2);
   Object.assign(lane, {
     tau: 15,
     score: [3.86, null, 4],
@@ -287,32 +295,32 @@ test('a frame says where its box comes from, and its verdict with all factors', 
     hash_distance: [null, 20, 4],
     position_distance: [null, 0.5466, 0.5],
   });
-  assert.equal(sourceAt(lane, 0), 'Score 3.86 = detector 3 + prior 0.86.');
-  assert.equal(sourceAt(lane, 2), 'Score 4 = detector 4.5 - prior 0.5.');
-  assert.equal(sourceAt(lane, 1), 'Re-detected by the online detector: f = 0.5, probability 0.63.');
-  assert.equal(verdictAt(lane, 0), null);
+  assert.equal(describeSource(lane, 0), 'Score 3.86 = detector 3 + prior 0.86.');
+  assert.equal(describeSource(lane, 2), 'Score 4 = detector 4.5 - prior 0.5.');
+  assert.equal(describeSource(lane, 1), 'Re-detected by the online detector: f = 0.5, probability 0.63.');
+  assert.equal(describeVerdict(lane, 0), null);
   assert.equal(
-    verdictAt(lane, 1),
+    describeVerdict(lane, 1),
     'Prediction rejected: gate score 18.2 = 1.67 (symmetry) × 20 (appearance distance, bits) × 0.547 (position), > tau 15.',
   );
   assert.equal(
-    verdictAt(lane, 2),
+    describeVerdict(lane, 2),
     'Prediction confident: gate score 9 < tau 15, from 2 (symmetry), 4 (appearance distance, bits), 0.5 (position).',
   );
 });
 
 test('the first factor is explained with the run’s own floor', () => {
-  const lane = laneOf(tracks, 2);
+  const lane = syntheticLane(tracks, 2);
   Object.assign(lane, { symmetry_floor: 0.6, symmetry: [null, 1.6667, 1.4085], symmetry_magnitude: [null, 0.239, 0.71] });
-  assert.equal(symmetryAt(lane, 0), null);
+  assert.equal(describeSymmetry(lane, 0), null);
   assert.equal(
-    symmetryAt(lane, 1),
+    describeSymmetry(lane, 1),
     'The crop’s mirror symmetry is 0.239, which counts as 0.6 (symmetry_floor): the factor is 1 / 0.6 = 1.67.',
   );
-  assert.equal(symmetryAt(lane, 2), 'The crop’s mirror symmetry is 0.71: the factor is 1 / 0.71 = 1.41.');
+  assert.equal(describeSymmetry(lane, 2), 'The crop’s mirror symmetry is 0.71: the factor is 1 / 0.71 = 1.41.');
   lane.symmetry_floor = 0.2;
   lane.symmetry[1] = 1 / 0.239;
-  assert.equal(symmetryAt(lane, 1), 'The crop’s mirror symmetry is 0.239: the factor is 1 / 0.239 = 4.18.');
+  assert.equal(describeSymmetry(lane, 1), 'The crop’s mirror symmetry is 0.239: the factor is 1 / 0.239 = 4.18.');
   assert.equal(countsAs(0.239, 0.6), ', which counts as 0.6 (symmetry_floor)');
   assert.equal(countsAs(0.6, 0.6), '');
   assert.match(symmetryHint(0.25), /at least 0\.25 \(symmetry_floor\)/);

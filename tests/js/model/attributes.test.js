@@ -21,8 +21,8 @@ const stop = label({
 const doc = emptyDoc({ track: 1, first: 0, last: 99 });
 
 test('the form has the attributes of the label in its order, with what holds in the frame', () => {
-  const said = withAttribute(withAttribute(doc, 'temporary', true, 10), 'lit', 'night', null);
-  const rows = attributeRows(stop, said, 12);
+  const edited = withAttribute(withAttribute(doc, 'temporary', true, 10), 'lit', 'night', null);
+  const rows = attributeRows(stop, edited, 12);
   assert.deepEqual(
     rows.map(({ name, value, given, changes, digit }) => [name, value, given, changes, digit]),
     [
@@ -32,7 +32,7 @@ test('the form has the attributes of the label in its order, with what holds in 
       ['__proto__', null, false, false, 2],
     ],
   );
-  assert.deepEqual(attributeRows(stop, said, 9)[0], {
+  assert.deepEqual(attributeRows(stop, edited, 9)[0], {
     name: 'temporary',
     attribute: stop.attributes[0],
     value: false,
@@ -43,12 +43,12 @@ test('the form has the attributes of the label in its order, with what holds in 
   assert.equal(attributeRows(stop, null, 0).length, 4);
 });
 
-test('a value that an earlier label has left stays in sight, and can be taken away', () => {
-  const said = withAttribute(doc, 'colour', 'red', null);
-  assert.deepEqual(attributeRows(label({ id: 3 }), said, 0), [
+test('a value left over from an earlier label is shown and can be removed', () => {
+  const edited = withAttribute(doc, 'colour', 'red', null);
+  assert.deepEqual(attributeRows(label({ id: 3 }), edited, 0), [
     { name: 'colour', attribute: null, value: 'red', given: true, changes: false, digit: 0 },
   ]);
-  assert.deepEqual(attributeRows(undefined, withAttribute(said, 'colour', null, null), 0), []);
+  assert.deepEqual(attributeRows(undefined, withAttribute(edited, 'colour', null, null), 0), []);
 });
 
 test('values that are none, in the words of the form', () => {
@@ -72,10 +72,10 @@ test('values that are none, in the words of the form', () => {
 });
 
 test('filters: what can be chosen, and which tracks have it in any frame', () => {
-  const said = withAttribute(withAttribute(doc, 'temporary', true, 10), 'metres', 4, null);
+  const edited = withAttribute(withAttribute(doc, 'temporary', true, 10), 'metres', 4, null);
   const left = withAttribute(emptyDoc({ track: 2, first: 0, last: 9 }), 'colour', 'red', null);
   assert.deepEqual(
-    attributeChoices([stop], [said, left]).map(({ name, values }) => [name, values]),
+    attributeChoices([stop], [edited, left]).map(({ name, values }) => [name, values]),
     [
       ['__proto__', [true, false]],
       ['colour', ['red']],
@@ -84,11 +84,11 @@ test('filters: what can be chosen, and which tracks have it in any frame', () =>
       ['temporary', [true, false]],
     ],
   );
-  assert.ok(hasAttribute(stop, said, 'temporary', true));
-  assert.ok(hasAttribute(stop, said, 'temporary', false), 'before frame 10 the default counts');
+  assert.ok(hasAttribute(stop, edited, 'temporary', true));
+  assert.ok(hasAttribute(stop, edited, 'temporary', false), 'before frame 10 the default counts');
   assert.ok(hasAttribute(stop, undefined, 'temporary', false));
   assert.ok(!hasAttribute(stop, withAttribute(doc, 'temporary', true, null), 'temporary', false));
   assert.ok(hasAttribute(undefined, left, 'colour', null));
   assert.ok(!hasAttribute(stop, left, 'temporary', null), 'a default is given by nobody');
-  assert.ok(!hasAttribute(stop, said, 'toString', null));
+  assert.ok(!hasAttribute(stop, edited, 'toString', null));
 });

@@ -4,25 +4,25 @@ import { test } from 'node:test';
 
 import { clearestFrame } from '../../../static/js/model/clearest.js';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { drive } from '../harness/synthetic.js';
+import { syntheticRun } from '../harness/synthetic_run.js';
 
-const tracks = { ...drive(1000, 2).tracks, id: [1, 2], first: [10, 50], last: [40, 90], clearest: [36, 90], side: [80, 60] };
+const tracks = { ...syntheticRun(1000, 2).tracks, id: [1, 2], first: [10, 50], last: [40, 90], clearest: [36, 90], side: [80, 60] };
 const whole = { track: 1, first: 10, last: 40 };
 const key = { box: null, occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
 
-test('a track of the engine: where it saw the sign best', () => {
+test('the clearest frame of an engine track is the one in which the engine saw it best', () => {
   assert.equal(clearestFrame(emptyDoc(whole), tracks), 36);
   assert.equal(clearestFrame({ ...emptyDoc(whole), gone: true }, tracks), null);
   assert.equal(clearestFrame(emptyDoc(whole), null), 10, 'nothing is known of it yet');
 });
 
-test('where a person has cut it off, or taken it out of sight, the nearest frame that is still its own', () => {
+test('if that frame was cut off or marked as outside, the nearest remaining frame is used', () => {
   assert.equal(clearestFrame(emptyDoc({ ...whole, last: 30 }), tracks), 30);
   assert.equal(clearestFrame({ ...emptyDoc(whole), keys: { 20: { ...key, outside: true } } }, tracks), 19);
   assert.equal(clearestFrame(emptyDoc({ ...whole, first: 38 }), tracks), 38);
 });
 
-test('merged tracks: the part that was larger, wherever it lies', () => {
+test('of merged tracks, the part with the larger box counts', () => {
   const merged = { ...emptyDoc(whole), segments: [whole, { track: 2, first: 50, last: 90 }] };
   assert.equal(clearestFrame(merged, tracks), 36);
   assert.equal(clearestFrame(merged, { ...tracks, side: [60, 80] }), 90);

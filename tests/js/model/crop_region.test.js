@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 
-import { cropRegion, placeIn } from '../../../static/js/model/crop_region.js';
+import { cropRegion, cssPosition } from '../../../static/js/model/crop_region.js';
 
 const PICTURE = { width: 1280, height: 720 };
 
@@ -30,5 +30,5 @@ test('what surrounds a tiny box is seen', () => {
 });
 
 test('a box has its place in the part', () => {
-  assert.deepEqual(placeIn([10, 20, 30, 30], [0, 0, 40, 40]), { left: '25.00%', top: '50.00%', width: '50.00%', height: '25.00%' });
+  assert.deepEqual(cssPosition([10, 20, 30, 30], [0, 0, 40, 40]), { left: '25.00%', top: '50.00%', width: '50.00%', height: '25.00%' });
 });

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { deletedTracks, lastWords, pictureOf } from '../../../static/js/model/deleted.js';
+import { deletedTracks, lastEdits, exampleFrame } from '../../../static/js/model/deleted.js';
 import { OPEN_END, blankDoc } from '../../../static/js/model/documents.js';
 
 /** @param {string} key @param {object} more */
@@ -10,7 +10,7 @@ const doc = (key, more) => ({ ...blankDoc(key), ...more });
 /** @param {number} first @param {number} last */
 const piece = (first, last) => [{ track: 1, first, last }];
 
-test('deleted tracks are listed by their first frame, with what they showed', () => {
+test('deleted tracks are listed by their first frame, with their spans', () => {
   const box = { box: [0, 0, 9, 9], occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
   const found = deletedTracks(
     {
@@ -33,14 +33,14 @@ test('deleted tracks are listed by their first frame, with what they showed', ()
   );
 });
 
-test('who spoke last of a track deleted it, however many pages the log has', () => {
+test('the last author of a track is the person who deleted it, over several pages of the log', () => {
   const row = (/** @type {number} */ seq, /** @type {string} */ author, /** @type {string[]} */ ...keys) => ({
     seq,
     author,
     time: `t${seq}`,
     keys,
   });
-  const first = lastWords(new Map(), [row(1, 'Ann', 'm1', 'm2'), row(2, 'Bob', 'm1')]);
+  const first = lastEdits(new Map(), [row(1, 'Ann', 'm1', 'm2'), row(2, 'Bob', 'm1')]);
   assert.deepEqual(
     [...first],
     [
@@ -48,12 +48,12 @@ test('who spoke last of a track deleted it, however many pages the log has', () 
       ['m2', { author: 'Ann', time: 't1' }],
     ],
   );
-  assert.deepEqual(lastWords(first, [row(3, 'Cleo', 'm2')]).get('m2'), { author: 'Cleo', time: 't3' });
+  assert.deepEqual(lastEdits(first, [row(3, 'Cleo', 'm2')]).get('m2'), { author: 'Cleo', time: 't3' });
   assert.equal(first.get('m2')?.author, 'Ann');
 });
 
-test('its picture is from the middle of what the engine saw, also where the track still grows', () => {
-  assert.deepEqual(pictureOf(doc('m1', { segments: [{ track: 7, first: 10, last: OPEN_END }] }), 20), { track: 7, frame: 15 });
-  assert.deepEqual(pictureOf(doc('m1', { segments: piece(10, 13) }), 90), { track: 1, frame: 11 });
-  assert.equal(pictureOf(doc('h00000001', {}), 5), null);
+test('the example picture is from the middle of the engine’s part, also while the track grows', () => {
+  assert.deepEqual(exampleFrame(doc('m1', { segments: [{ track: 7, first: 10, last: OPEN_END }] }), 20), { track: 7, frame: 15 });
+  assert.deepEqual(exampleFrame(doc('m1', { segments: piece(10, 13) }), 90), { track: 1, frame: 11 });
+  assert.equal(exampleFrame(doc('h00000001', {}), 5), null);
 });

@@ -4,7 +4,7 @@ import { readFileSync, readdirSync } from 'node:fs';
 import { test } from 'node:test';
 
 import { CommandError, applyCommand, touchedKeys } from '../../../static/js/model/commands.js';
-import { OPEN_END, attributesAt, emptyDoc, lineAt } from '../../../static/js/model/documents.js';
+import { OPEN_END, attributesAt, emptyDoc, keyFrameBoxAt } from '../../../static/js/model/documents.js';
 import { boxAt, keyFramesOf, nextKey, prevKey, spanOf, subjectOf } from '../../../static/js/model/effective.js';
 
 const FOLDER = new URL('../../golden/edits/', import.meta.url);
@@ -75,7 +75,7 @@ test('span, key frames and neighbours', () => {
   assert.deepEqual(keyFramesOf(doc), [10, 20]);
   assert.equal(nextKey(doc, 10), 20);
   assert.equal(prevKey(doc, 10), null);
-  assert.deepEqual(lineAt(doc, 15), [5, 0, 6, 1]);
+  assert.deepEqual(keyFrameBoxAt(doc, 15), [5, 0, 6, 1]);
   assert.equal(spanOf({ ...doc, gone: true }), null);
 });
 

@@ -2,7 +2,14 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { countOut, DEFAULT_STATES, FIRST_CHOICE, isVideoFile, numberIn, restoreChoice } from '../../../static/js/model/exchange.js';
+import {
+  countExported,
+  DEFAULT_STATES,
+  DEFAULT_CHOICE,
+  isVideoFile,
+  parseNumber,
+  restoreChoice,
+} from '../../../static/js/model/exchange.js';
 
 const tracks = /** @type {any} */ ({
   id: [1, 2, 3],
@@ -21,28 +28,28 @@ const rule = (more = {}) => ({
   ...more,
 });
 /** @param {any[]} docs @param {any} asked */
-const out = (docs, asked) => {
-  const { tracks: signs, boxes, rejected } = countOut(tracks, docs, asked);
+const countExportedTracks = (docs, asked) => {
+  const { tracks: signs, boxes, rejected } = countExported(tracks, docs, asked);
   return { tracks: signs, boxes, rejected };
 };
 
 test('without corrections every track of the engine is exported', () => {
-  assert.deepEqual(out([], rule()), { tracks: 3, boxes: 20 + 25 + 10, rejected: 0 });
-  assert.deepEqual(out([], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
+  assert.deepEqual(countExportedTracks([], rule()), { tracks: 3, boxes: 20 + 25 + 10, rejected: 0 });
+  assert.deepEqual(countExportedTracks([], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
 });
 
 test('classes and frames cut the count; a track that is half inside counts half', () => {
-  assert.deepEqual(out([], rule({ labels: new Set([14]) })), { tracks: 2, boxes: 30, rejected: 0 });
-  assert.deepEqual(out([], rule({ first: 75, last: 95 })), { tracks: 2, boxes: Math.round(21 * 0.5) + 6, rejected: 0 });
+  assert.deepEqual(countExportedTracks([], rule({ labels: new Set([14]) })), { tracks: 2, boxes: 30, rejected: 0 });
+  assert.deepEqual(countExportedTracks([], rule({ first: 75, last: 95 })), { tracks: 2, boxes: Math.round(21 * 0.5) + 6, rejected: 0 });
 });
 
-test('what people said about a track counts instead of the engine', () => {
+test('corrections replace the engine’s values', () => {
   const span = { track: 2, first: 50, last: 99 };
   const rejected = { ...emptyDoc(span), review: /** @type {const} */ ('rejected') };
   const nothing = { ...emptyDoc({ track: 1, first: 0, last: 19 }), not_a_sign: true };
   const merged = { ...emptyDoc({ track: 3, first: 90, last: 99 }), gone: true };
-  assert.deepEqual(out([rejected, nothing, merged], rule()), { tracks: 0, boxes: 0, rejected: 2 });
-  assert.deepEqual(out([rejected, nothing, merged], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
+  assert.deepEqual(countExportedTracks([rejected, nothing, merged], rule()), { tracks: 0, boxes: 0, rejected: 2 });
+  assert.deepEqual(countExportedTracks([rejected, nothing, merged], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
   const own = {
     ...blankDoc('hx'),
     class_id: 5,
@@ -50,12 +57,12 @@ test('what people said about a track counts instead of the engine', () => {
       10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
     },
   };
-  assert.deepEqual(out([own], rule({ labels: new Set([5]), notInSet: 'leave-out' })), { tracks: 1, boxes: 1, rejected: 0 });
+  assert.deepEqual(countExportedTracks([own], rule({ labels: new Set([5]), notInSet: 'leave-out' })), { tracks: 1, boxes: 1, rejected: 0 });
 });
 
 test('a remembered choice is restored; invalid values are ignored', () => {
   const kept = {
-    ...FIRST_CHOICE,
+    ...DEFAULT_CHOICE,
     format: 'yolo',
     states: ['accepted'],
     labels: ['stop', 'C,3a'],
@@ -64,11 +71,11 @@ test('a remembered choice is restored; invalid values are ignored', () => {
     switches: { yolo: { image: 'png' } },
   };
   assert.deepEqual(restoreChoice(JSON.stringify(kept)), kept);
-  for (const text of [null, '', '{', '3', 'null', '[]']) assert.deepEqual(restoreChoice(text), FIRST_CHOICE, String(text));
+  for (const text of [null, '', '{', '3', 'null', '[]']) assert.deepEqual(restoreChoice(text), DEFAULT_CHOICE, String(text));
   const odd = restoreChoice(
     '{"format": 3, "states": [], "labels": [3], "not_in_set": "x", "shares": ["1"], "pictures": "many", "switches": []}',
   );
-  assert.deepEqual(odd, FIRST_CHOICE);
+  assert.deepEqual(odd, DEFAULT_CHOICE);
 });
 
 test('what stays behind is counted: open, and without a label of the set', () => {
@@ -81,7 +88,7 @@ test('what stays behind is counted: open, and without a label of the set', () =>
   };
   const relabelled = { ...emptyDoc({ track: 2, first: 50, last: 99 }), class_id: 9 };
   const noted = { ...emptyDoc({ track: 1, first: 0, last: 19 }), notes: [{ id: 'n', frame: 3, text: 'x', author: 'A', time: '' }] };
-  const found = countOut(tracks, [own, relabelled, noted], rule({ states: [...DEFAULT_STATES], notInSet: 'leave-out' }), (id) =>
+  const found = countExported(tracks, [own, relabelled, noted], rule({ states: [...DEFAULT_STATES], notInSet: 'leave-out' }), (id) =>
     id === 9 ? 5 : id,
   );
   assert.deepEqual(
@@ -90,23 +97,23 @@ test('what stays behind is counted: open, and without a label of the set', () =>
     'a note is no edit; a merged label counts as the other',
   );
   assert.deepEqual(
-    [countOut(tracks, [], rule({ notInSet: 'leave-out' })).unlabelled, countOut(tracks, [], rule({ notInSet: 'ignore' })).tracks],
+    [countExported(tracks, [], rule({ notInSet: 'leave-out' })).unlabelled, countExported(tracks, [], rule({ notInSet: 'ignore' })).tracks],
     [1, 3],
   );
 });
 
 test('a choice of before label sets keeps what it can', () => {
   const before = restoreChoice('{"format": "yolo", "states": ["open", "accepted", "needs_work", "rejected"], "classes": [1]}');
-  assert.deepEqual(before, { ...FIRST_CHOICE, format: 'yolo' });
+  assert.deepEqual(before, { ...DEFAULT_CHOICE, format: 'yolo' });
 });
 
 test('typed numbers are numbers in their range', () => {
   const side = { name: 'The side', low: 0, high: 10, empty: null };
-  assert.deepEqual(numberIn('', side), { value: null });
-  assert.deepEqual(numberIn(' 2.5 ', side), { value: 2.5 });
-  for (const text of ['11', '-1', 'x', '1e3', '0x1', 'NaN']) assert.ok('error' in numberIn(text, side), text);
-  assert.ok('error' in numberIn('', { name: 'The seed', low: 0, high: 5, whole: true }));
-  assert.ok('error' in numberIn('1.5', { name: 'The seed', low: 0, high: 5, whole: true }));
+  assert.deepEqual(parseNumber('', side), { value: null });
+  assert.deepEqual(parseNumber(' 2.5 ', side), { value: 2.5 });
+  for (const text of ['11', '-1', 'x', '1e3', '0x1', 'NaN']) assert.ok('error' in parseNumber(text, side), text);
+  assert.ok('error' in parseNumber('', { name: 'The seed', low: 0, high: 5, whole: true }));
+  assert.ok('error' in parseNumber('1.5', { name: 'The seed', low: 0, high: 5, whole: true }));
 });
 
 test('videos are distinguished from annotations by name', () => {

@@ -7,16 +7,16 @@ import { boxAt } from '../../../static/js/model/effective.js';
 import { applyCommand } from '../../../static/js/model/commands.js';
 import {
   acceptCommand,
-  followingWords,
-  framesFollowed,
-  neighbours,
+  describeFollowing,
+  proposedFrameCount,
+  anchorsAround,
   newFollowing,
   proposalAt,
-  reachOf,
+  followRange,
   requestFrom,
   requestWith,
-  takenSpan,
-  thinned,
+  acceptedSpan,
+  thinBoxes,
   withAnswer,
   withCut,
 } from '../../../static/js/model/following.js';
@@ -58,33 +58,33 @@ const answer = (change) => ({
 });
 /** @param {number} frame @param {number} [confidence] @returns {Follow['proposals'][number]} */
 const row = (frame, confidence = 0.9) => [frame, ...at(frame), confidence, 'matched'];
-const asked = () => newFollowing({ key: 'h1', anchors: [{ frame: 50, box: at(50) }], only: null, first: 0, last: null });
+const follow = () => newFollowing({ key: 'h1', anchors: [{ frame: 50, box: at(50) }], only: null, first: 0, last: null });
 
-test('proposals are added, replaced and withdrawn; what would be taken has no gap', () => {
-  let now = withAnswer(asked(), answer({ proposals: [row(51), row(49), row(52), row(54)] }));
-  assert.deepEqual(takenSpan(now), { first: 49, last: 52 });
+test('proposals are added, replaced and withdrawn; the accepted span has no gap', () => {
+  let now = withAnswer(follow(), answer({ proposals: [row(51), row(49), row(52), row(54)] }));
+  assert.deepEqual(acceptedSpan(now), { first: 49, last: 52 });
   now = withAnswer(now, answer({ proposals: [row(53), row(51, 0.4)], next: 2 }));
-  assert.deepEqual([takenSpan(now), now.proposals[51].confidence, framesFollowed(now)], [{ first: 49, last: 54 }, 0.4, 5]);
+  assert.deepEqual([acceptedSpan(now), now.proposals[51].confidence, proposedFrameCount(now)], [{ first: 49, last: 54 }, 0.4, 5]);
   now = withAnswer(
     now,
     answer({ state: 'complete', endings: [{ direction: 'forward', frame: 52, reason: 'gone', sentence: 'It is gone.' }] }),
   );
-  assert.deepEqual(takenSpan(now), { first: 49, last: 52 });
+  assert.deepEqual(acceptedSpan(now), { first: 49, last: 52 });
   assert.equal(proposalAt(now, 53), null);
-  assert.equal(followingWords(now, '#1'), 'Proposal for track #1: frames 49 to 52, 3 new. It is gone.');
+  assert.equal(describeFollowing(now, '#1'), 'Proposal for track #1: frames 49 to 52, 3 new. It is gone.');
 });
 
 test('a cut keeps the anchor, whatever frame it is made in', () => {
-  const now = withAnswer(asked(), answer({ proposals: [row(48), row(49), row(51), row(52)] }));
-  assert.deepEqual(takenSpan(withCut(now, 'from', 49)), { first: 49, last: 52 });
-  assert.deepEqual(takenSpan(withCut(now, 'to', 30)), { first: 48, last: 50 });
-  assert.deepEqual(takenSpan(withCut(withCut(now, 'from', 99), 'to', 0)), { first: 50, last: 50 });
+  const now = withAnswer(follow(), answer({ proposals: [row(48), row(49), row(51), row(52)] }));
+  assert.deepEqual(acceptedSpan(withCut(now, 'from', 49)), { first: 49, last: 52 });
+  assert.deepEqual(acceptedSpan(withCut(now, 'to', 30)), { first: 48, last: 50 });
+  assert.deepEqual(acceptedSpan(withCut(withCut(now, 'from', 99), 'to', 0)), { first: 50, last: 50 });
   assert.equal(acceptCommand(withCut(withCut(now, 'from', 50), 'to', 50), 50), null);
 });
 
 test('few boxes stand for many, within half a pixel at each edge', () => {
   const dense = Array.from({ length: 101 }, (_, frame) => ({ frame, box: at(frame) }));
-  const few = thinned(dense, new Set([50]));
+  const few = thinBoxes(dense, new Set([50]));
   assert.ok(few.length < 30 && few.some(({ frame }) => frame === 50), `${few.length} boxes`);
   assert.deepEqual([few[0].frame, few.at(-1)?.frame], [0, 100]);
   const keys = Object.fromEntries(few.map(({ frame, box }) => [frame, key({ box })]));
@@ -94,7 +94,7 @@ test('few boxes stand for many, within half a pixel at each edge', () => {
   }
 });
 
-test('what is accepted shows the proposed boxes, and the engine’s beyond them', () => {
+test('an accepted follow shows the proposed boxes, and the engine’s boxes outside its span', () => {
   const following = withAnswer(
     newFollowing({ key: 'm1', anchors: [{ frame: 50, box: at(50) }], only: 'backward', first: 0, last: null }),
     answer({ key: 'm1', proposals: Array.from({ length: 30 }, (_, i) => row(49 - i)) }),
@@ -114,14 +114,14 @@ test('what is accepted shows the proposed boxes, and the engine’s beyond them'
   assert.deepEqual([docs.m1.keys[50].followed, docs.m1.keys[20].followed], [false, true]);
 });
 
-test('a correction is followed between its neighbours by hand, never into what a person took out of sight', () => {
+test('a correction is followed between the neighbouring manual boxes, never into frames marked as outside', () => {
   const doc = {
     ...blankDoc('h1'),
     keys: { 10: key(), 20: key({ followed: true }), 40: key(), 70: key({ outside: true, box: null }), 80: key() },
   };
-  assert.deepEqual(neighbours(doc, 30), { before: { frame: 10, box: at(0) }, after: { frame: 40, box: at(0) } });
-  assert.deepEqual(reachOf(doc, 30), { first: 0, last: 69 });
-  assert.deepEqual(reachOf(doc, 85), { first: 80, last: null });
+  assert.deepEqual(anchorsAround(doc, 30), { before: { frame: 10, box: at(0) }, after: { frame: 40, box: at(0) } });
+  assert.deepEqual(followRange(doc, 30), { first: 0, last: 69 });
+  assert.deepEqual(followRange(doc, 85), { first: 80, last: null });
   const request = requestFrom(doc, 'h1', { frame: 30, box: at(30) }, null);
   assert.deepEqual([request.anchors.map(({ frame }) => frame), request.first, request.last], [[10, 30, 40], 10, 40]);
   const late = requestFrom(doc, 'h1', { frame: 60, box: at(60) }, null);
@@ -130,16 +130,16 @@ test('a correction is followed between its neighbours by hand, never into what a
     requestFrom(doc, 'h1', { frame: 60, box: at(60) }, 'forward').anchors.map(({ frame }) => frame),
     [60],
   );
-  const more = requestWith({ ...asked(), first: 40, last: 60 }, { frame: 55, box: at(55) });
+  const more = requestWith({ ...follow(), first: 40, last: 60 }, { frame: 55, box: at(55) });
   assert.deepEqual([more.anchors.map(({ frame }) => frame), more.first, more.last], [[50, 55], 40, 60]);
 });
 
 test('progress, failure and an empty result are described', () => {
-  assert.equal(followingWords(asked(), '#1'), 'Following track #1');
-  assert.equal(followingWords(withAnswer(asked(), answer({ note: 'compiling' })), '#1'), 'Following track #1 · compiling');
+  assert.equal(describeFollowing(follow(), '#1'), 'Following track #1');
+  assert.equal(describeFollowing(withAnswer(follow(), answer({ note: 'compiling' })), '#1'), 'Following track #1 · compiling');
   assert.equal(
-    followingWords(withAnswer(asked(), answer({ state: 'failed', error: 'The file is gone.' })), '#1'),
+    describeFollowing(withAnswer(follow(), answer({ state: 'failed', error: 'The file is gone.' })), '#1'),
     'Track #1 could not be followed: The file is gone.',
   );
-  assert.equal(followingWords(withAnswer(asked(), answer({ state: 'complete' })), '#1'), 'Track #1 is not found in another frame.');
+  assert.equal(describeFollowing(withAnswer(follow(), answer({ state: 'complete' })), '#1'), 'Track #1 is not found in another frame.');
 });

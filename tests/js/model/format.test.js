@@ -4,7 +4,7 @@ import { readdirSync, readFileSync } from 'node:fs';
 import { test } from 'node:test';
 
 import { bytes, clock, count, figure, frameSpan, percent, plural, roundPercent, timeLeft } from '../../../static/js/model/format.js';
-import { short } from '../../../static/js/model/plain_words.js';
+import { shortNumber } from '../../../static/js/model/describe_events.js';
 
 test('a number never has an exponent, and keeps its significant digits', () => {
   const cases = /** @type {[number, number|undefined, string][]} */ ([
@@ -23,7 +23,8 @@ test('a number never has an exponent, and keeps its significant digits', () => {
   ]);
   for (const [value, digits, text] of cases) assert.equal(figure(value, digits), text);
   assert.deepEqual([figure(null), figure(Number.NaN), figure(Infinity), count(undefined)], ['–', '–', '–', '–']);
-  for (let power = -12; power < 22; power += 1) for (const of of [figure, short]) assert.doesNotMatch(of(1.234 * 10 ** power), /e[+-]?\d/);
+  for (let power = -12; power < 22; power += 1)
+    for (const of of [figure, shortNumber]) assert.doesNotMatch(of(1.234 * 10 ** power), /e[+-]?\d/);
 });
 
 test('one thing is one thing', () => {

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { firstGap } from '../../../static/js/model/gaps.js';
-import { random } from '../harness/synthetic.js';
+import { seededRandom } from '../harness/synthetic_run.js';
 
 /** @param {number[]} marks @param {number} from @param {number} to @param {number} width */
 const gap = (marks, from, to, width) => firstGap(from, to, width, marks.length, (i) => marks[i], 2);
@@ -19,7 +19,7 @@ test('the first room between marks', () => {
 });
 
 test('it touches no mark, and there is none before it', () => {
-  const next = random(5);
+  const next = seededRandom(5);
   for (let round = 0; round < 500; round += 1) {
     const marks = Array.from({ length: Math.floor(next() * 12) }, () => Math.floor(next() * 100)).sort((a, b) => a - b);
     const [from, width] = [Math.floor(next() * 30), 1 + Math.floor(next() * 20)];

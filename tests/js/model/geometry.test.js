@@ -3,19 +3,19 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import {
-  bounded,
-  dragged,
+  clampView,
+  dragHandle,
   fit,
   handleAt,
   iou,
-  nudged,
-  revealed,
-  settled,
+  moveBox,
+  panToBox,
+  normalizeBox,
   sizeOf,
   toPicture,
   toScreen,
   zoomAt,
-  zoomedTo,
+  zoomToBox,
 } from '../../../static/js/model/geometry.js';
 
 const PICTURE = { width: 960, height: 540 };
@@ -44,7 +44,7 @@ test('zooming keeps the point under the pointer, down to the pixel', () => {
 });
 
 test('some of the picture stays in view', () => {
-  assert.deepEqual(bounded({ zoom: 2, x: -500, y: 9999 }, PICTURE), { zoom: 2, x: 0, y: 540 });
+  assert.deepEqual(clampView({ zoom: 2, x: -500, y: 9999 }, PICTURE), { zoom: 2, x: 0, y: 540 });
 });
 
 test('handles: corners before edges before the inside', () => {
@@ -55,9 +55,9 @@ test('handles: corners before edges before the inside', () => {
 });
 
 test('a handle dragged over the other side turns the box, not inside out', () => {
-  assert.deepEqual(dragged([10, 10, 30, 30], 'e', -35, 0), [-5, 10, 10, 30]);
-  assert.deepEqual(dragged([10, 10, 30, 30], 'nw', 2, 3), [12, 13, 30, 30]);
-  assert.deepEqual(dragged([10, 10, 30, 30], 'move', 2, 3), [12, 13, 32, 33]);
+  assert.deepEqual(dragHandle([10, 10, 30, 30], 'e', -35, 0), [-5, 10, 10, 30]);
+  assert.deepEqual(dragHandle([10, 10, 30, 30], 'nw', 2, 3), [12, 13, 30, 30]);
+  assert.deepEqual(dragHandle([10, 10, 30, 30], 'move', 2, 3), [12, 13, 32, 33]);
 });
 
 test('a settled box lies in the picture and is never empty', () => {
@@ -66,14 +66,14 @@ test('a settled box lies in the picture and is never empty', () => {
     [959.9, 539.9, 2000, 2000],
     [5, 5, 5, 5],
   ])) {
-    const [x1, y1, x2, y2] = settled(box, PICTURE);
+    const [x1, y1, x2, y2] = normalizeBox(box, PICTURE);
     assert.ok(0 <= x1 && x1 + 2 <= x2 && x2 <= 960 && 0 <= y1 && y1 + 2 <= y2 && y2 <= 540, String([x1, y1, x2, y2]));
   }
 });
 
 test('nudging keeps the size at the edge', () => {
-  assert.deepEqual(nudged([3, 3, 13, 13], -10, 0, PICTURE), [0, 3, 10, 13]);
-  assert.deepEqual(nudged([940, 500, 955, 539], 10, 10, PICTURE), [945, 501, 960, 540]);
+  assert.deepEqual(moveBox([3, 3, 13, 13], -10, 0, PICTURE), [0, 3, 10, 13]);
+  assert.deepEqual(moveBox([940, 500, 955, 539], 10, 10, PICTURE), [945, 501, 960, 540]);
 });
 
 test('overlap', () => {
@@ -93,15 +93,15 @@ test('the middle of a small box moves it, however near its handles are', () => {
 test('a view follows a box that is out of sight, and no other', () => {
   const view = { zoom: 4, x: 100, y: 100 };
   const screen = { width: 400, height: 300 };
-  assert.equal(revealed(view, screen, [90, 90, 110, 110]), view);
-  assert.equal(revealed(view, screen, [60, 70, 70, 80]), view);
-  assert.deepEqual(revealed(view, screen, [300, 20, 310, 40]), { zoom: 4, x: 305, y: 30 });
-  assert.deepEqual(revealed(view, screen, [0, 0, 160, 80]), { zoom: 2, x: 80, y: 40 });
+  assert.equal(panToBox(view, screen, [90, 90, 110, 110]), view);
+  assert.equal(panToBox(view, screen, [60, 70, 70, 80]), view);
+  assert.deepEqual(panToBox(view, screen, [300, 20, 310, 40]), { zoom: 4, x: 305, y: 30 });
+  assert.deepEqual(panToBox(view, screen, [0, 0, 160, 80]), { zoom: 2, x: 80, y: 40 });
 });
 
 test('a small box is zoomed to the given side, a tiny one up to a limit', () => {
-  assert.deepEqual(zoomedTo([10, 10, 30, 50], 120, PICTURE), { zoom: 3, x: 20, y: 30 });
-  assert.equal(zoomedTo([10, 10, 12, 12], 120, PICTURE).zoom, 16);
+  assert.deepEqual(zoomToBox([10, 10, 30, 50], 120, PICTURE), { zoom: 3, x: 20, y: 30 });
+  assert.equal(zoomToBox([10, 10, 12, 12], 120, PICTURE).zoom, 16);
 });
 
 test('pixels that are not square are shown at their true shape, and every point is still its own', () => {
@@ -129,9 +129,9 @@ test('pixels that are not square are shown at their true shape, and every point 
   const near = zoomAt(view, SCREEN, picture, 2, 400, 200);
   assert.deepEqual(toPicture(near, SCREEN, 400, 200).map(Math.round), toPicture(view, SCREEN, 400, 200).map(Math.round));
   assert.equal(near.stretch, 4 / 3);
-  const close = zoomedTo([0, 0, 30, 40], 120, picture);
+  const close = zoomToBox([0, 0, 30, 40], 120, picture);
   assert.ok(Math.abs(close.zoom - 3) < 1e-9 && close.stretch === 4 / 3, 'the box is as wide as high on screen');
-  assert.equal(revealed(view, SCREEN, [470, 350, 480, 360]).stretch, 4 / 3);
+  assert.equal(panToBox(view, SCREEN, [470, 350, 480, 360]).stretch, 4 / 3);
   assert.deepEqual(sizeOf(/** @type {any} */ ({ width: 3, height: 2, pixel_ratio: 1 })), { width: 3, height: 2 });
 });
 

@@ -2,8 +2,8 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
-import { comparable, finderOf } from '../../../static/js/model/label_finder.js';
-import { className, labelFor, offeredLabels, resolved } from '../../../static/js/model/labels.js';
+import { comparable, labelFinder } from '../../../static/js/model/label_finder.js';
+import { labelName, labelFor, offeredLabels, resolveLabelId } from '../../../static/js/model/labels.js';
 import { NO_CLASS } from '../../../static/js/model/documents.js';
 import { label, labelsNamed } from '../labels.js';
 
@@ -16,7 +16,7 @@ test('names are compared as the server compares them', () => {
 });
 
 test('a word names the label that the server finds for it', () => {
-  const finder = finderOf(SET);
+  const finder = labelFinder(SET);
   assert.ok(CASES.find.length > 30);
   for (const [word, answer] of CASES.find) {
     const found = finder.find(word);
@@ -26,13 +26,13 @@ test('a word names the label that the server finds for it', () => {
 
 test('a merged label is resolved, also across several merges', () => {
   assert.deepEqual(
-    [44, 47, 46, NO_CLASS, 999].map((id) => resolved(SET, id)),
+    [44, 47, 46, NO_CLASS, 999].map((id) => resolveLabelId(SET, id)),
     [43, 45, 46, NO_CLASS, 999],
   );
-  assert.equal(resolved(SET, null), null);
+  assert.equal(resolveLabelId(SET, null), null);
   assert.equal(labelFor(SET, 44)?.name, 'no parking');
   assert.deepEqual(
-    [44, NO_CLASS, null, 999].map((id) => className(SET, id)),
+    [44, NO_CLASS, null, 999].map((id) => labelName(SET, id)),
     ['no parking', 'not in the set', 'unlabelled', 'label 999'],
   );
   assert.deepEqual(
@@ -40,12 +40,12 @@ test('a merged label is resolved, also across several merges', () => {
     [0, 14, 13, 40, 43, 46, 48],
   );
   const circle = [label({ id: 1, merged_into: 2 }), label({ id: 2, merged_into: 1 }), label({ id: 3, merged_into: 9 })];
-  assert.equal(circle.map(({ id }) => resolved(circle, id)).length, 3);
+  assert.equal(circle.map(({ id }) => resolveLabelId(circle, id)).length, 3);
 });
 
 /** @param {import('../../../static/js/types.js').Label[]} labels @param {string} text */
 const found = (labels, text) =>
-  finderOf(labels)
+  labelFinder(labels)
     .search(text, offeredLabels(labels))
     .map(({ id }) => id);
 
@@ -66,7 +66,7 @@ test('a search finds by name, alias, key, short name and number', () => {
   assert.equal(found(SET, '  ').length, 7);
 });
 
-test('what names a label as a whole comes before what begins so', () => {
+test('exact matches rank before prefix matches', () => {
   const labels = labelsNamed(['stop and give way', 'no stop', 'stop']);
   assert.deepEqual(found(labels, 'stop'), [2, 0, 1]);
 });

@@ -20,14 +20,14 @@ const stop = label({
 
 test('what nobody has changed changes nothing', () => assert.deepEqual(changeOf(stop, formOf(stop)), { change: null }));
 
-test('only what is different is sent', () => {
+test('only changed fields are sent', () => {
   const form = { ...formOf(stop), name: ' Stop! ', aliases: 'halt\n\n  B2a \nhalt', pinned: '', size_mm: '' };
   assert.deepEqual(changeOf(stop, form), {
     change: { type: 'update', id: 14, name: 'Stop!', aliases: ['halt', 'B2a'], pinned: null, size_mm: null },
   });
 });
 
-test('a new label has what was typed, and a key of its own only where one was given', () => {
+test('a new label has the typed fields, and a key only if one was typed', () => {
   const form = {
     ...formOf(null),
     name: 'no parking',

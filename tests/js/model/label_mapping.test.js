@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { mappingOf, parseLabelMap, proposed } from '../../../static/js/model/label_mapping.js';
+import { mappingOf, parseLabelMap, initialAnswer } from '../../../static/js/model/label_mapping.js';
 import { label } from '../labels.js';
 
 const LABELS = [
@@ -18,9 +18,9 @@ const name = (/** @type {string} */ text, /** @type {any[]} */ suggestions = [],
   example: null,
 });
 
-test('what is like a label is proposed as that, anything else as a new one', () => {
+test('a name that resembles a label is proposed as this label, any other as a new one', () => {
   assert.deepEqual(
-    proposed(
+    initialAnswer(
       name('giveway', [
         { id: 13, key: 'give-way', name: 'give way' },
         { id: 14, key: 'stop', name: 'stop' },
@@ -28,15 +28,15 @@ test('what is like a label is proposed as that, anything else as a new one', () 
     ),
     { kind: 'label', word: 'give way' },
   );
-  assert.deepEqual(proposed(name('pedestrian_crossing')), { kind: 'add', word: '' });
+  assert.deepEqual(initialAnswer(name('pedestrian_crossing')), { kind: 'add', word: '' });
   assert.deepEqual(
-    proposed(name('bus', [{ id: 1, key: 'bus-lane', name: 'no bus lane ahead' }], false)),
+    initialAnswer(name('bus', [{ id: 1, key: 'bus-lane', name: 'no bus lane ahead' }], false)),
     { kind: 'add', word: 'no bus lane ahead' },
     'the label only contains the name',
   );
 });
 
-test('answers become labels by key, names to add and names to leave out', () => {
+test('answers are mapped to keys of labels, names to add, and names to skip', () => {
   const unknown = ['a', 'b', 'c', 'd', 'e'].map((one) => name(one));
   const answers = /** @type {any[]} */ ([
     { kind: 'label', word: 'YIELD' },

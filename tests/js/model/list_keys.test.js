@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { stepTo } from '../../../static/js/model/list_keys.js';
+import { nextIndex } from '../../../static/js/model/list_keys.js';
 
 test('keys walk a grid and stop at its ends', () => {
   // five items in rows of three
@@ -20,8 +20,8 @@ test('keys walk a grid and stop at its ends', () => {
     ['PageDown', 0, 4],
     ['x', 0, null],
   ]);
-  for (const [key, at, to] of cases) assert.equal(stepTo(key, at, 5, { page: 2, columns: 3 }), to, `${key} from ${at}`);
-  assert.equal(stepTo('ArrowRight', 1, 5, { page: 2, columns: 1 }), 2, 'a narrow grid is still a grid');
+  for (const [key, at, to] of cases) assert.equal(nextIndex(key, at, 5, { page: 2, columns: 3 }), to, `${key} from ${at}`);
+  assert.equal(nextIndex('ArrowRight', 1, 5, { page: 2, columns: 1 }), 2, 'a narrow grid is still a grid');
 });
 
 test('keys walk a list; left and right are not its own', () => {
@@ -39,7 +39,7 @@ test('keys walk a list; left and right are not its own', () => {
     ['ArrowUp', -1, 0],
     ['End', -1, 4],
   ]);
-  for (const [key, at, to] of cases) assert.equal(stepTo(key, at, 5, { page: 3 }), to, `${key} from ${at}`);
-  assert.equal(stepTo('Home', 0, 0, { page: 3 }), null);
-  assert.equal(stepTo('End', 0, 5, { page: 3, typed: true }), null, 'in a field of text it is the key of the field');
+  for (const [key, at, to] of cases) assert.equal(nextIndex(key, at, 5, { page: 3 }), to, `${key} from ${at}`);
+  assert.equal(nextIndex('Home', 0, 0, { page: 3 }), null);
+  assert.equal(nextIndex('End', 0, 5, { page: 3, isInTextField: true }), null, 'in a field of text it is the key of the field');
 });

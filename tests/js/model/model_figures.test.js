@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { complaints, figureGroups } from '../../../static/js/model/model_figures.js';
+import { regressions, figureGroups } from '../../../static/js/model/model_figures.js';
 
 test('figures stand beside the earlier ones, with better and worse by their meaning', () => {
   const [group] = figureGroups({
@@ -46,7 +46,7 @@ test('one sign is not called one signs', () => {
   assert.equal(group.of, '13 pictures, 1 sign, 1,300 crops.');
 });
 
-test('what is new is called new, what is no number is left out', () => {
+test('new figures are marked as new, and values that are not numbers are left out', () => {
   const [group] = figureGroups({ gtsdb: { new: { ap50: 1, text: 'x', odd: NaN, signs_right: 0.5 }, parent: { ap50: 1 } } });
   assert.deepEqual(
     group.rows.map(({ name, verdict }) => [name, verdict]),
@@ -58,6 +58,6 @@ test('what is new is called new, what is no number is left out', () => {
 });
 
 test('complaints are the server’s sentences', () => {
-  assert.deepEqual(complaints({ worse: ['A fell.'] }), ['A fell.']);
-  assert.deepEqual(complaints({}), []);
+  assert.deepEqual(regressions({ worse: ['A fell.'] }), ['A fell.']);
+  assert.deepEqual(regressions({}), []);
 });

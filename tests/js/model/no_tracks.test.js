@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { canGoOn, whyNoTracks } from '../../../static/js/model/no_tracks.js';
+import { canResume, whyNoTracks } from '../../../static/js/model/no_tracks.js';
 
 const OPEN = { tracks: null, run: null, timebase: {} };
 
@@ -66,7 +66,7 @@ for (const [what, review, total, said] of /** @type {[string, any, number, strin
 
 test('only a run of the engine that has stopped early and shows nothing is offered to go on', () => {
   /** @param {string} state @param {string} [kind] @param {number} [total] */
-  const offered = (state, kind = 'engine', total = 0) => canGoOn(/** @type {any} */ ({ ...OPEN, run: { state, kind } }), total);
+  const offered = (state, kind = 'engine', total = 0) => canResume(/** @type {any} */ ({ ...OPEN, run: { state, kind } }), total);
   assert.deepEqual(
     ['queued', 'running', 'complete', 'failed', 'cancelled', 'interrupted'].map((state) => offered(state)),
     [false, false, false, true, true, true],

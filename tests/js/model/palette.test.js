@@ -2,9 +2,9 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { findItems, prepared } from '../../../static/js/model/palette.js';
+import { findItems, prepareItems } from '../../../static/js/model/palette.js';
 
-const ITEMS = prepared([
+const ITEMS = prepareItems([
   { text: 'Delete the whole track' },
   { text: 'Deleted tracks', also: 'What was deleted' },
   { text: 'Track #7 · stop', also: '7' },
@@ -43,7 +43,7 @@ test('an empty search finds everything, up to the limit', () => {
 });
 
 test('5,000 tracks and 400 labels are searched within a keystroke', () => {
-  const many = prepared([
+  const many = prepareItems([
     ...Array.from({ length: 400 }, (_, i) => ({ text: `${'very '.repeat(30)}long name of label ${i}`, also: `key_${i}` })),
     ...Array.from({ length: 5000 }, (_, i) => ({ text: `Track #${i} · speed limit ${i % 13}0 km/h`, also: String(i) })),
   ]);

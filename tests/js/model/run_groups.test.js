@@ -17,7 +17,7 @@ test('each what-if stands under the run that it replays, in the order of the lis
     ],
   );
   assert.deepEqual(
-    listRuns(runs).map((one) => [one.run.id, one.under, one.whatifs]),
+    listRuns(runs).map((one) => [one.run.id, one.isWhatIf, one.whatifs]),
     [
       ['b', false, 1],
       ['w2', true, 0],
@@ -30,7 +30,7 @@ test('each what-if stands under the run that it replays, in the order of the lis
 
 test('a what-if whose run is not in the list is not lost', () => {
   assert.deepEqual(
-    listRuns([run('w', 'gone'), run('a')]).map((one) => [one.run.id, one.under]),
+    listRuns([run('w', 'gone'), run('a')]).map((one) => [one.run.id, one.isWhatIf]),
     [
       ['w', false],
       ['a', false],

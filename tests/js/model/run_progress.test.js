@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { resumable, runPart, runPercent } from '../../../static/js/model/run_progress.js';
+import { isResumable, runShare, runPercent } from '../../../static/js/model/run_progress.js';
 
 /** @param {Partial<import('../../../static/js/types.js').Run>} fields @returns {import('../../../static/js/types.js').Run} */
 const run = (fields) => /** @type {any} */ ({ kind: 'engine', state: 'running', frames_done: 0, frames_total: 200, ...fields });
@@ -16,7 +16,7 @@ for (const [what, fields, part, percent] of /** @type {[string, Parameters<typeo
   ['a complete one, of however few frames', { state: 'complete', frames_done: 30, frames_total: null }, 1, '100 %'],
   ['one that was stopped', { state: 'cancelled', frames_done: 50 }, 0.25, '25 %'],
 ])) {
-  test(`how far is ${what}`, () => assert.deepEqual([runPart(run(fields)), runPercent(run(fields))], [part, percent]));
+  test(`how far is ${what}`, () => assert.deepEqual([runShare(run(fields)), runPercent(run(fields))], [part, percent]));
 }
 
 test('every frame of a hundred is one per cent', () => {
@@ -30,12 +30,12 @@ test('every frame of a hundred is one per cent', () => {
 test('only a run of the engine that has stopped early can go on', () => {
   const states = /** @type {const} */ (['queued', 'running', 'complete', 'failed', 'cancelled', 'interrupted']);
   assert.deepEqual(
-    states.filter((state) => resumable(run({ state }))),
+    states.filter((state) => isResumable(run({ state }))),
     ['failed', 'cancelled', 'interrupted'],
   );
   for (const kind of /** @type {const} */ (['whatif', 'imported']))
     assert.deepEqual(
-      states.filter((state) => resumable(run({ kind, state }))),
+      states.filter((state) => isResumable(run({ kind, state }))),
       [],
     );
 });

@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { layable } from '../../../static/js/model/second_run.js';
+import { overlayableRuns } from '../../../static/js/model/second_run.js';
 import { switchLayer } from '../../../static/js/operations/view.js';
 import { initialReview, initialState } from '../../../static/js/store/initial.js';
 
@@ -16,11 +16,11 @@ test('every other run that has results can lie over the open one', () => {
     ].map(([id, state, frames_done]) => ({ id, state, frames_done }))
   );
   assert.deepEqual(
-    layable(runs, 'a').map(({ id }) => id),
+    overlayableRuns(runs, 'a').map(({ id }) => id),
     ['c', 'e'],
   );
   assert.deepEqual(
-    layable(runs, null).map(({ id }) => id),
+    overlayableRuns(runs, null).map(({ id }) => id),
     ['a', 'c', 'e'],
   );
 });

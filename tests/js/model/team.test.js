@@ -1,7 +1,17 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { anHour, differenceWords, framesOf, may, nextWork, readOnly, toReview, workHere, workOf } from '../../../static/js/model/team.js';
+import {
+  tracksPerHour,
+  describeDifference,
+  assignedFrames,
+  may,
+  nextAssignment,
+  readOnlyReason,
+  assignmentsToReview,
+  currentAssignment,
+  waitingAssignments,
+} from '../../../static/js/model/team.js';
 import { formatRoute, parseRoute } from '../../../static/js/model/route.js';
 import { afterEvent } from '../../../static/js/store/catch_up.js';
 import { initialState } from '../../../static/js/store/initial.js';
@@ -32,8 +42,8 @@ test('a role may what those below it may, and without people everybody may every
   );
   assert.equal(may(/** @type {any} */ ({ person: null }), 'admin'), true);
   assert.equal(may(null, 'admin'), true);
-  assert.match(readOnly(session('viewer')) ?? '', /change nothing/);
-  assert.equal(readOnly(session('annotator')), null);
+  assert.match(readOnlyReason(session('viewer')) ?? '', /change nothing/);
+  assert.equal(readOnlyReason(session('annotator')), null);
 });
 
 test('returned assignments come first, then the oldest; reviewers see those handed in', () => {
@@ -46,18 +56,18 @@ test('returned assignments come first, then the oldest; reviewers see those hand
     work({ id: 6, state: 'done' }),
   ];
   assert.deepEqual(
-    workOf(all, 'ann').map(({ id }) => id),
+    waitingAssignments(all, 'ann').map(({ id }) => id),
     [5, 1, 3],
   );
   assert.deepEqual(
-    toReview(all, 'ann').map(({ id }) => id),
+    assignmentsToReview(all, 'ann').map(({ id }) => id),
     [4],
   );
 });
 
-test('the next work is what follows, and begins anew at the end', () => {
+test('the next assignment is the one after the open one; after the last, the first', () => {
   const all = [work({ id: 1 }), work({ id: 2 }), work({ id: 3, person: 'bob', state: 'in_review' })];
-  const next = (/** @type {any} */ who, /** @type {number|null} */ open) => nextWork(all, who, open)?.id ?? null;
+  const next = (/** @type {any} */ who, /** @type {number|null} */ open) => nextAssignment(all, who, open)?.id ?? null;
   assert.deepEqual(
     [null, 1, 2, 9].map((open) => next(session('annotator'), open)),
     [1, 2, 1, 1],
@@ -66,8 +76,8 @@ test('the next work is what follows, and begins anew at the end', () => {
     [2, 3].map((open) => next(session('reviewer'), open)),
     [3, 1],
   );
-  assert.equal(nextWork([work({ id: 1 })], session('annotator'), 1), null);
-  assert.equal(nextWork(all, /** @type {any} */ ({ person: null }), null), null);
+  assert.equal(nextAssignment([work({ id: 1 })], session('annotator'), 1), null);
+  assert.equal(nextAssignment(all, /** @type {any} */ ({ person: null }), null), null);
 });
 
 test('of several assignments of a video the one that holds the frame is shown, one’s own first', () => {
@@ -77,11 +87,11 @@ test('of several assignments of a video the one that holds the frame is shown, o
     work({ id: 3, person: 'bob', state: 'in_review' }),
     work({ id: 4, person: 'bob' }),
   ];
-  const here = (/** @type {any} */ who, /** @type {number} */ frame) => workHere(all, who, 'v', frame)?.id ?? null;
+  const here = (/** @type {any} */ who, /** @type {number} */ frame) => currentAssignment(all, who, 'v', frame)?.id ?? null;
   assert.deepEqual([here(session('annotator'), 9), here(session('annotator'), 10)], [1, 2]);
   assert.equal(here(session('reviewer', 'rolf'), 5), 3);
   assert.equal(here(session('annotator', 'eve'), 5), null);
-  assert.equal(workHere(all, session('annotator'), 'other', 5), null);
+  assert.equal(currentAssignment(all, session('annotator'), 'other', 5), null);
 });
 
 test('frames and speed in words', () => {
@@ -90,11 +100,11 @@ test('frames and speed in words', () => {
       [0, null],
       [7, null],
       [3, 9],
-    ].map(([first, stop]) => framesOf(/** @type {any} */ ({ first, stop }))),
+    ].map(([first, stop]) => assignedFrames(/** @type {any} */ ({ first, stop }))),
     ['all frames', 'from frame 7', 'frames 3 to 8'],
   );
   assert.deepEqual(
-    [anHour({ decided: 30, hours: 0.5 }), anHour({ decided: 3, hours: 0.01 }), anHour({ decided: 0, hours: 2 })],
+    [tracksPerHour({ decided: 30, hours: 0.5 }), tracksPerHour({ decided: 3, hours: 0.01 }), tracksPerHour({ decided: 0, hours: 2 })],
     [60, null, null],
   );
 });
@@ -102,7 +112,7 @@ test('frames and speed in words', () => {
 test('a difference is one line', () => {
   const labels = labelsNamed(['stop', 'yield']);
   /** @param {string} what @param {any} before @param {any} after @param {number} [more] */
-  const words = (what, before, after, more = 0) => differenceWords({ what, before, after, more }, labels);
+  const words = (what, before, after, more = 0) => describeDifference({ what, before, after, more }, labels);
   assert.equal(words('label', null, 1), 'Label: the engine’s → yield');
   assert.equal(words('review', 'open', 'rejected'), 'Verdict: undecided → false positive');
   assert.equal(words('deleted', false, true), 'Deleted');

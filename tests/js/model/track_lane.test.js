@@ -4,7 +4,7 @@ import { test } from 'node:test';
 
 import { blankDoc } from '../../../static/js/model/documents.js';
 import { documentLane, sentencesOfTrack } from '../../../static/js/model/track_lane.js';
-import { drive, laneOf } from '../harness/synthetic.js';
+import { syntheticRun, syntheticLane } from '../harness/synthetic_run.js';
 
 /** @typedef {import('../../../static/js/types.js').TrackLane} TrackLane */
 
@@ -18,8 +18,8 @@ import { drive, laneOf } from '../harness/synthetic.js';
  * @returns {TrackLane}
  */
 function lane(id, first, classes, read) {
-  const { tracks } = drive(1000, 1);
-  const made = laneOf({ ...tracks, id: [id], first: [first], last: [first + read.length - 1] }, 0);
+  const { tracks } = syntheticRun(1000, 1);
+  const made = syntheticLane({ ...tracks, id: [id], first: [first], last: [first + read.length - 1] }, 0);
   let weights = 0;
   const sums = classes.map(() => 0);
   /** @type {TrackLane['votes']} */
@@ -147,7 +147,7 @@ test('two tracks that were merged vote together, and each frame knows whose it i
   );
 });
 
-test('what a frame was read as counts even if it is none of the classes that lead in the whole track', () => {
+test('the class of a frame counts even if it is not among the leading classes of the track', () => {
   const long = lane(
     8,
     0,
@@ -176,7 +176,7 @@ test('the same lanes give the same object', () => {
   assert.notEqual(documentLane('m7', doc, { ...LANES, 7: { ...SEVEN } }), found);
 });
 
-test('sentences are those of the frames that are left, and say where it was cut and joined', () => {
+test('sentences cover the remaining frames and name the cuts and joins', () => {
   const found = documentLane(
     'm7',
     cut([

@@ -7,7 +7,7 @@ import { trackName } from '../../../static/js/model/track_name.js';
 
 const person = { author: 'a', time: '' };
 
-test('a track is called by its number, or by where it comes from; never by its key', () => {
+test('a track is named by its number or its origin, never by its key', () => {
   const spans = [{ track: 7, first: 0, last: 99 }];
   const cut = applyCommand({}, { name: 'split', key: 'm7', frame: 40, new_key: 'h0c4f', spans }, person).docs;
   const made = applyCommand(cut, { name: 'create_track', key: 'h9a', frame: 88, box: [1, 1, 9, 9], class_id: null }, person).docs;

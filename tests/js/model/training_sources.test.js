@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 
-import { ageWords, firstChoice, isChosen, reviewWords } from '../../../static/js/model/training_sources.js';
+import { describeAge, defaultChoice, isChosen, describeReview } from '../../../static/js/model/training_sources.js';
 
 /** @param {number} accepted @param {number} rejected @param {number} left */
 const source = (accepted, rejected, left) => ({
@@ -26,21 +26,21 @@ test('videos are chosen by how far their review is', () => {
     [done, begun, open].map((one) => isChosen(one, 'begun')),
     [true, true, false],
   );
-  assert.deepEqual([[done, open], [begun, open], [open], []].map(firstChoice), ['finished', 'begun', 'all', 'all']);
+  assert.deepEqual([[done, open], [begun, open], [open], []].map(defaultChoice), ['finished', 'begun', 'all', 'all']);
   assert.equal(isChosen(source(0, 0, 0), 'finished'), false, 'of nothing nothing is finished');
 });
 
 test('a review says what it teaches and up to which edit', () => {
-  assert.equal(reviewWords(source(12, 1, 4)), '12 accepted, 1 false positive, 4 undecided, not used unless edited · up to edit 41');
-  assert.equal(reviewWords(source(2, 0, 0)), '2 accepted · up to edit 41');
+  assert.equal(describeReview(source(12, 1, 4)), '12 accepted, 1 false positive, 4 undecided, not used unless edited · up to edit 41');
+  assert.equal(describeReview(source(2, 0, 0)), '2 accepted · up to edit 41');
 });
 
 test('a file shows edits and undos since, and a removed run', () => {
-  assert.equal(ageWords(undefined), '');
-  assert.equal(ageWords({ id: 'e', edits: 0, undone: 0, gone: [] }), '');
+  assert.equal(describeAge(undefined), '');
+  assert.equal(describeAge({ id: 'e', edits: 0, undone: 0, gone: [] }), '');
   assert.equal(
-    ageWords({ id: 'e', edits: 3, undone: 1, gone: [] }),
+    describeAge({ id: 'e', edits: 3, undone: 1, gone: [] }),
     'Out of date: 3 edits were made since. 1 edit that it holds was undone since, but would still be used for training.',
   );
-  assert.match(ageWords({ id: 'e', edits: 0, undone: 0, gone: ['a.mp4'] }), /^The run of a\.mp4 no longer exists/);
+  assert.match(describeAge({ id: 'e', edits: 0, undone: 0, gone: ['a.mp4'] }), /^The run of a\.mp4 no longer exists/);
 });

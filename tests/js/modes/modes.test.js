@@ -2,8 +2,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { MODES, changed, modeOf } from '../../../static/js/modes/index.js';
-import { pick, setMode, take } from '../../../static/js/store/actions/review.js';
+import { MODES, modeChange, modeOf } from '../../../static/js/modes/index.js';
+import { pick, setMode, applyTrackClick } from '../../../static/js/store/actions/review.js';
 import { initialReview, initialState } from '../../../static/js/store/initial.js';
 
 /** @param {Partial<import('../../../static/js/state-types.js').ReviewState>} fields */
@@ -21,7 +21,7 @@ test('a merge begins with the selected track and forgets what was marked as it e
 
 test('a box in the hand is let go with every change of mode', () => {
   const review = reviewOf(stateWith({ drag: { box: [1, 1, 9, 9], key: 'm7' } }));
-  for (const mode of /** @type {const} */ (['select', 'draw', 'merge'])) assert.equal(changed(review, mode).drag, null);
+  for (const mode of /** @type {const} */ (['select', 'draw', 'merge'])) assert.equal(modeChange(review, mode).drag, null);
 });
 
 test('a click on a track marks it in a merge, marks it no longer, and selects it otherwise', () => {
@@ -30,7 +30,7 @@ test('a click on a track marks it in a merge, marks it no longer, and selects it
   assert.deepEqual([reviewOf(marked).marked, reviewOf(marked).selected], [['m1', 'm2'], null]);
   assert.deepEqual(reviewOf(pick(marked, 'm1')).marked, ['m2']);
   assert.equal(reviewOf(pick(stateWith({}), 'm1')).selected, 'm1');
-  assert.deepEqual(reviewOf(take(stateWith({}), 'm1')).marked, [], 'the usual mode takes no track');
+  assert.deepEqual(reviewOf(applyTrackClick(stateWith({}), 'm1')).marked, [], 'the usual mode takes no track');
 });
 
 test('every mode says over the picture what it waits for', () => {

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { attributesAt } from '../../../static/js/model/documents.js';
-import { giveAttribute, selectedAttributes, toggleAttribute } from '../../../static/js/operations/attributes.js';
+import { setAttribute, selectedAttributes, toggleAttribute } from '../../../static/js/operations/attributes.js';
 import { setLabels } from '../../../static/js/store/actions/page.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
 import { createEditorFixture } from '../editing/editor_fixture.js';
@@ -36,7 +36,7 @@ test('keys tick the checkboxes of the label in their order; those that may chang
   assert.equal(review().docs.m1.keys[20].box, null, 'the box stays the engine’s');
   store.dispatch(changeReview, { frame: 30 });
   toggle(2);
-  giveAttribute(app, 'lit', 'night', false);
+  setAttribute(app, 'lit', 'night', false);
   await editor.settled();
   assert.deepEqual(
     [29, 30].map((frame) => attributesAt(review().docs.m1, frame).temporary),

@@ -3,8 +3,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { boxes } from '../../../static/js/operations/boxes.js';
-import { interpolate, setKeyFrame, setLackingKey } from '../../../static/js/operations/key_frames.js';
-import { create, drawn } from '../../../static/js/operations/place_box.js';
+import { interpolate, setKeyFrame, setMissingKeyFrame } from '../../../static/js/operations/key_frames.js';
+import { createTrack, handleDrawnBox } from '../../../static/js/operations/place_box.js';
 import { closeDialog } from '../../../static/js/store/actions/page.js';
 import { askForClass, changeReview, draftOf, setMode } from '../../../static/js/store/actions/review.js';
 import { createEditorFixture } from '../editing/editor_fixture.js';
@@ -20,7 +20,7 @@ test('a drawn box waits in the dialog; closing the dialog leaves nothing behind'
   const { store, editor, server, review, end } = await createEditorFixture();
   store.dispatch(setMode, 'draw');
   const before = review();
-  drawn({ store, edit: editor.edit, following: NOTHING }, BOX, false);
+  handleDrawnBox({ store, edit: editor.edit, following: NOTHING }, BOX, false);
   const draft = draftOf(store.get());
   assert.deepEqual([draft?.box, draft?.frame, draft?.key[0]], [BOX, 0, 'h']);
   assert.equal(review().mode, 'select');
@@ -34,10 +34,10 @@ test('a drawn box waits in the dialog; closing the dialog leaves nothing behind'
 
 test('with its class it is one edit, so that one undo takes it back', async () => {
   const { store, editor, server, review, end } = await createEditorFixture();
-  drawn({ store, edit: editor.edit, following: NOTHING }, BOX, false);
+  handleDrawnBox({ store, edit: editor.edit, following: NOTHING }, BOX, false);
   const draft = draftOf(store.get());
   assert.ok(draft);
-  create({ store, edit: editor.edit }, draft, 14);
+  createTrack({ store, edit: editor.edit }, draft, 14);
   await editor.settled();
   assert.deepEqual(server.log, ['create_track']);
   assert.equal(review().selected, draft.key);
@@ -49,7 +49,7 @@ test('with its class it is one edit, so that one undo takes it back', async () =
 test('with Shift the box corrects the selected track, and no class is asked for', async () => {
   const { store, editor, server, review, end } = await createEditorFixture();
   store.dispatch(changeReview, { selected: 'm1', mode: 'draw' });
-  drawn({ store, edit: editor.edit, following: NOTHING }, BOX, true);
+  handleDrawnBox({ store, edit: editor.edit, following: NOTHING }, BOX, true);
   await editor.settled();
   assert.deepEqual([server.log, draftOf(store.get()), review().mode], [['set_box'], null, 'select']);
   end();
@@ -143,21 +143,21 @@ test('behind a track’s end there is nothing to delete and nothing to take out 
 test('I says which way it went: a drawn track has its lines from the beginning', async () => {
   const { store, editor, review, end } = await createEditorFixture();
   /** @type {string[]} */
-  const said = [];
+  const messages = [];
   const app = { store, edit: editor.edit, following: NOTHING };
-  const say = (/** @type {string} */ text) => void said.push(text);
+  const say = (/** @type {string} */ text) => void messages.push(text);
   const press = () => interpolate(app, say);
-  create(app, { key: 'h1', frame: 0, box: BOX }, 14);
+  createTrack(app, { key: 'h1', frame: 0, box: BOX }, 14);
   store.dispatch(changeReview, { selected: 'h1', frame: 20 });
   press();
-  assert.deepEqual(said, [], 'one key frame has nothing to lie between');
-  drawn(app, [20, 20, 50, 60], true, say);
+  assert.deepEqual(messages, [], 'one key frame has nothing to lie between');
+  handleDrawnBox(app, [20, 20, 50, 60], true, say);
   press();
   press();
   await editor.settled();
   assert.equal(review().docs.h1.keys[0].interpolate, true);
   const line = 'In 19 frames (1–19) the box is interpolated between key frames; nobody saw the sign there.';
-  assert.deepEqual(said, [
+  assert.deepEqual(messages, [
     line,
     'There are no boxes any more between frames 0 and 20; press I again to interpolate.',
     `Boxes are interpolated between frames 0 and 20. ${line}`,
@@ -168,19 +168,19 @@ test('I says which way it went: a drawn track has its lines from the beginning',
 test('a key frame out of the track’s frames says which box it copied; within them nothing is to be told', async () => {
   const { store, editor, review, end } = await createEditorFixture();
   /** @type {[string, any][]} */
-  const said = [];
+  const messages = [];
   const app = { store, edit: editor.edit };
-  const say = (/** @type {string} */ text, /** @type {any} */ options) => void said.push([text, options]);
+  const say = (/** @type {string} */ text, /** @type {any} */ options) => void messages.push([text, options]);
   editor.edit({ name: 'set_box', key: 'm1', frame: 98, box: BOX });
   store.dispatch(changeReview, { selected: 'm1', frame: 120 });
   setKeyFrame(app, say);
   await editor.settled();
   assert.deepEqual(review().docs.m1.keys[120].box, BOX);
-  assert.equal(said[0][0], 'Track #1 had no box in frame 120: the box of frame 98 was copied here. Move it onto the sign.');
-  assert.equal(said[0][1].action.label, 'Undo');
+  assert.equal(messages[0][0], 'Track #1 had no box in frame 120: the box of frame 98 was copied here. Move it onto the sign.');
+  assert.equal(messages[0][1].action.label, 'Undo');
   setKeyFrame(app, say);
   await editor.settled();
-  assert.equal(said.length, 1, 'taken back');
+  assert.equal(messages.length, 1, 'taken back');
   end();
 });
 
@@ -199,7 +199,7 @@ test('a line that lacks a key frame offers to set one, here or at the other end 
   remedy?.run();
   assert.deepEqual(review().docs.m1.keys[40].box, BOX);
   assert.equal(line?.disabled(store.get()), 'Needs a key frame before and after. Set one at frame 99?');
-  setLackingKey(app, () => {});
+  setMissingKeyFrame(app, () => {});
   await editor.settled();
   assert.equal(review().frame, 99);
   assert.deepEqual(Object.keys(review().docs.m1.keys), ['40', '99']);

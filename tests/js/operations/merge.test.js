@@ -3,11 +3,11 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { blankDoc } from '../../../static/js/model/documents.js';
-import { merge, sharedFrames, sharedWords } from '../../../static/js/operations/merge.js';
+import { merge, sharedFrames, describeSharedFrames } from '../../../static/js/operations/merge.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
 import { nearestFrame } from '../../../static/js/views/dialogs/merge.js';
 import { createEditorFixture } from '../editing/editor_fixture.js';
-import { drive } from '../harness/synthetic.js';
+import { syntheticRun } from '../harness/synthetic_run.js';
 
 const KEY = { box: [10, 10, 30, 30], occluded: false, outside: false, interpolate: true, class_id: null };
 /** @param {string} key @param {number} first @param {number} last */
@@ -36,7 +36,7 @@ test('tracks that are seen at once share frames, also with what was added before
 });
 
 test('the words say how many frames, which, and whose box stays', () => {
-  const [one, several] = sharedFrames(review, 'ha', ['hb', 'hd']).map((shared) => sharedWords(review, shared));
+  const [one, several] = sharedFrames(review, 'ha', ['hb', 'hd']).map((shared) => describeSharedFrames(review, shared));
   assert.equal(
     one,
     'Tracks drawn at 10 and drawn at 19 have boxes in 2 common frames (19–20). One frame of a track has one box: the box of drawn at 10 stays, and the box of drawn at 19 is removed.',
@@ -50,7 +50,7 @@ test('the words say how many frames, which, and whose box stays', () => {
 test('a merge of tracks that share frames asks first and changes nothing yet; another is done at once', async () => {
   const { store, editor, review: now, end } = await createEditorFixture();
   const app = { store, edit: editor.edit };
-  const tracks = { ...drive(200, 2).tracks, id: [1, 2], first: [0, 50], last: [99, 150] };
+  const tracks = { ...syntheticRun(200, 2).tracks, id: [1, 2], first: [0, 50], last: [99, 150] };
   store.dispatch(changeReview, { tracks });
   editor.edit({ name: 'split', key: 'm1', frame: 50, new_key: 'hlater', class_id: 14 });
   store.dispatch(changeReview, { mode: 'merge', marked: ['m1', 'hlater'] });

@@ -7,7 +7,7 @@ import { initialState } from '../../../static/js/store/initial.js';
 
 const operations = allOperations();
 /** Keys that the product promises. */
-const PROMISED = [
+const DOCUMENTED = [
   'F',
   'D',
   'V',
@@ -58,7 +58,7 @@ test('a short name is a part of the name, as who speaks to the page says what is
 test('every promised key does something, and no key does two things but Enter and Escape, which are about proposals while there are any', () => {
   const keys = operations.flatMap((operation) => operation.keys);
   assert.deepEqual(
-    PROMISED.filter((key) => !keys.includes(key)),
+    DOCUMENTED.filter((key) => !keys.includes(key)),
     [],
   );
   assert.deepEqual(keys.filter((key, at) => keys.indexOf(key) !== at).sort(), ['Enter', 'Escape']);

@@ -2,10 +2,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { giveVerdict, givePinned, judge } from '../../../static/js/operations/verdicts.js';
+import { setVerdict, setPinnedLabel, judge } from '../../../static/js/operations/verdicts.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
 import { createEditorFixture } from '../editing/editor_fixture.js';
-import { drive } from '../harness/synthetic.js';
+import { syntheticRun } from '../harness/synthetic_run.js';
 import { setLabels } from '../../../static/js/store/actions/page.js';
 import { label } from '../labels.js';
 
@@ -15,7 +15,7 @@ test('a verdict goes on to the next track that is left; given twice it stays and
   /** @type {string[]} */ const said = [];
   const say = (/** @type {string} */ text) => void said.push(text);
   const ids = [1, 2];
-  const tracks = { ...drive(200, 2).tracks, id: ids, first: [0, 50], last: [99, 150], clearest: [90, 140], rank: [0.9, 0.5] };
+  const tracks = { ...syntheticRun(200, 2).tracks, id: ids, first: [0, 50], last: [99, 150], clearest: [90, 140], rank: [0.9, 0.5] };
   store.dispatch(changeReview, { tracks });
   store.dispatch(changeReview, { selected: `m${ids[0]}` });
   judge(app, 'accepted', say);
@@ -42,7 +42,7 @@ test('a digit gives the label that is pinned to it, once; no hidden one, and non
   const { store, editor, server, review, end } = await createEditorFixture();
   /** @type {string[]} */ const said = [];
   const app = { store, edit: editor.edit };
-  const give = (/** @type {string} */ digit) => givePinned(app, digit, (text) => void said.push(text));
+  const give = (/** @type {string} */ digit) => setPinnedLabel(app, digit, (text) => void said.push(text));
   store.dispatch((state) =>
     setLabels(changeReview(state, { selected: 'm1' }), [
       label({ id: 7, name: 'stop', pinned: 3 }),
@@ -66,8 +66,8 @@ test('another verdict takes back what an older version marked as no sign', async
   const { store, editor, server, review, end } = await createEditorFixture();
   const app = { store, edit: editor.edit };
   editor.edit({ name: 'set_not_a_sign', key: 'm1', frame: 0, value: true });
-  giveVerdict(app, review(), 'm1', 'rejected');
-  giveVerdict(app, review(), 'm1', 'accepted');
+  setVerdict(app, review(), 'm1', 'rejected');
+  setVerdict(app, review(), 'm1', 'accepted');
   await editor.settled();
   assert.deepEqual([review().docs.m1.not_a_sign, review().docs.m1.review], [false, 'accepted']);
   assert.deepEqual(server.log, ['set_not_a_sign', 'set_review', 'set_not_a_sign', 'set_review']);

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { placeLabels } from '../../../static/js/model/label_places.js';
+import { placeLabels } from '../../../static/js/model/label_layout.js';
 import { changeReview, openReview, toggleLayer } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { paintLayers } from '../../../static/js/views/picture/painter.js';

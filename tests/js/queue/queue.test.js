@@ -4,7 +4,7 @@ import { test } from 'node:test';
 import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, scoreRange, shownQueue } from '../../../static/js/model/queue.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { NO_CLASS, blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
-import { drive } from '../harness/synthetic.js';
+import { syntheticRun } from '../harness/synthetic_run.js';
 import { label } from '../labels.js';
 
 const LABELS = [
@@ -21,7 +21,7 @@ const LABELS = [
  */
 function state(docs = {}, filter = {}, selected = null) {
   const tracks = {
-    ...drive(1000, 3).tracks,
+    ...syntheticRun(1000, 3).tracks,
     id: [1, 2, 3],
     uncertainty: [0.1, 0.9, 0.5],
     rank: [0.1, 0.9, 0.5],

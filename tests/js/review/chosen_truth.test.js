@@ -29,7 +29,7 @@ function review(more = {}) {
   };
 }
 
-test('of a selected track it is the box that lies on it', () => {
+test('the current sign is the one that overlaps the selected track', () => {
   const found = chosenTruth(review({ selected: 'm1' }));
   assert.equal(found?.sign, 7);
   assert.equal(found?.on?.key, 'm1');
@@ -38,7 +38,7 @@ test('of a selected track it is the box that lies on it', () => {
   assert.equal(chosenTruth(review()), null);
 });
 
-test('a sign that was chosen comes first, also where it has no box', () => {
+test('a chosen sign takes precedence, also in frames without its box', () => {
   assert.deepEqual(chosenTruth(review({ selected: 'm1', truthSign: 9 })), { sign: 9, box: [500, 100, 540, 140], class_id: 14, on: null });
   assert.deepEqual(chosenTruth(review({ truthSign: 11 })), { sign: 11, box: null, class_id: null, on: null });
 });
@@ -55,6 +55,6 @@ test('while the layer is hidden, no sign can be chosen', () => {
   assert.deepEqual([chosenTruth(hidden), nextTruth(hidden), truthAt(hidden, 120, 120)], [null, null, null]);
 });
 
-test('a click finds the box under it', () => {
+test('a click finds the box under the pointer', () => {
   assert.deepEqual([truthAt(review(), 520, 120), truthAt(review(), 10, 10)], [9, null]);
 });

@@ -21,8 +21,8 @@ const OLD = /** @type {any} */ ({
 });
 const NEW = { ...OLD, id: 'new', name: 'Run 2' };
 
-/** A later run on the screen, and what the server says of earlier ones. @param {any} found @param {any} [run] */
-function open(found, run = NEW) {
+/** A later run on the screen, and what the server says of earlier ones. @param {any} answer @param {any} [run] */
+function createFixture(answer, run = NEW) {
   const store = createStore(initialState());
   store.dispatch((state) =>
     changeReview(openReview(setRuns(state, 'v', [run, OLD]), /** @type {any} */ ({ id: 'v', frames: 10 })), { run }),
@@ -31,14 +31,14 @@ function open(found, run = NEW) {
   const api = /** @type {any} */ ({
     earlier: async () => {
       requests.count += 1;
-      return found;
+      return answer;
     },
   });
-  return { store, api, requests: requests, banner: () => store.get().banners.find(({ id }) => id === 'earlier') };
+  return { store, api, requests, banner: () => store.get().banners.find(({ id }) => id === 'earlier') };
 }
 
-test('corrections of an earlier run are offered, in words and with what takes them', async () => {
-  const page = open({ run_id: 'old', tracks: 4, seq: 9 });
+test('corrections of an earlier run are offered with an action', async () => {
+  const page = createFixture({ run_id: 'old', tracks: 4, seq: 9 });
   await offerEarlierCorrections(page, NEW, signal);
   assert.match(page.banner()?.text ?? '', /^People have corrected 4 tracks in an earlier run, “Run 1 · /);
   assert.equal(page.banner()?.action?.operation, 'carry-over');
@@ -47,7 +47,7 @@ test('corrections of an earlier run are offered, in words and with what takes th
 
 test('a hidden offer is not repeated until there are more corrections', async (t) => {
   withStorage(t);
-  const page = open({ run_id: 'old', tracks: 4, seq: 9 });
+  const page = createFixture({ run_id: 'old', tracks: 4, seq: 9 });
   await offerEarlierCorrections(page, NEW, signal);
   dismiss(page.banner()?.once ?? '');
   page.store.dispatch(hideBanner, 'earlier');
@@ -61,9 +61,9 @@ test('a hidden offer is not repeated until there are more corrections', async (t
   assert.match(page.banner()?.text ?? '', /5 tracks/);
 });
 
-test('once they have come over the offer ends, also where nothing had to be written', async (t) => {
+test('the offer ends after the corrections were adopted, also if nothing was written', async (t) => {
   withStorage(t);
-  const page = open({ run_id: 'old', tracks: 4, seq: 9 });
+  const page = createFixture({ run_id: 'old', tracks: 4, seq: 9 });
   await offerEarlierCorrections(page, NEW, signal);
   endOffer(page, 'new', 'another');
   assert.ok(page.banner(), 'those of another run came over');
@@ -79,17 +79,17 @@ test('what-ifs and running runs are not checked; without a result there is no of
     { ...NEW, kind: 'whatif' },
     { ...NEW, state: 'running' },
   ]) {
-    const page = open({ run_id: 'old', tracks: 4, seq: 9 }, run);
+    const page = createFixture({ run_id: 'old', tracks: 4, seq: 9 }, run);
     await offerEarlierCorrections(page, run, signal);
     assert.deepEqual([page.requests.count, page.banner()], [0, undefined]);
   }
-  const page = open(null);
+  const page = createFixture(null);
   await offerEarlierCorrections(page, NEW, signal);
   assert.deepEqual([page.requests.count, page.banner()], [1, undefined]);
 });
 
 test('an answer that comes when another run is open says nothing', async () => {
-  const page = open({ run_id: 'old', tracks: 4, seq: 9 });
+  const page = createFixture({ run_id: 'old', tracks: 4, seq: 9 });
   page.store.dispatch(changeReview, { run: OLD });
   await offerEarlierCorrections(page, NEW, signal);
   assert.equal(page.banner(), undefined);

@@ -56,7 +56,7 @@ const settle = async () => {
   for (let i = 0; i < 60; i += 1) await Promise.resolve();
 };
 
-test('proposals come in, and are taken by one operation', async () => {
+test('proposals arrive and are accepted by one operation', async () => {
   const { control, log, commands, now, end } = createFixture();
   control.start(WANTED);
   assert.equal(now()?.state, 'queued');
@@ -82,7 +82,7 @@ test('proposals come in, and are taken by one operation', async () => {
   end();
 });
 
-test('what the page refuses to store stays proposed', async () => {
+test('proposals stay if the page refuses the edit', async () => {
   const { control, now, end } = createFixture({}, false);
   control.start(WANTED);
   await settle();
@@ -124,7 +124,7 @@ test('a correction is another anchor, and cut-off frames stay cut off', async ()
   end();
 });
 
-test('what cannot be followed is reported, and nothing is left on the page', async () => {
+test('a failed follow is reported and removed from the page', async () => {
   const {
     control,
     messages: said,
@@ -141,7 +141,7 @@ test('what cannot be followed is reported, and nothing is left on the page', asy
   end();
 });
 
-test('proposals that waited before a reload are there again', async () => {
+test('waiting proposals are shown again after a reload', async () => {
   const { control, now, end } = createFixture({
     findFollow: async () => ({ ...BLANK, id: 'f9', state: 'complete', proposals: [[6, 11, 10, 31, 30, 0.9, 'matched']], next: 3 }),
   });

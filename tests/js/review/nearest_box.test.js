@@ -10,7 +10,7 @@ const lane = { frame: [10, 11, 12], box: [box(10), box(11), box(12)] };
 const doc = { segments: [{ track: 7, first: 10, last: 11 }], keys: { 30: { box: box(30) }, 40: { box: null } } };
 const review = /** @type {any} */ ({ frame: 0, docs: { m7: doc, h1: { segments: [], keys: {} } }, laneOf: { 7: lane, 8: lane } });
 
-test('the nearest box is a corrected one, or one of the engine in the pieces that are left', () => {
+test('the nearest box is a corrected one, or one of the engine in the remaining parts', () => {
   for (const [key, frame, found] of /** @type {[string, number, number|null][]} */ ([
     ['m7', 0, 10],
     ['m7', 13, 11],

@@ -31,7 +31,7 @@ test('a verdict or a note leaves a track as the engine has it; a box, a class or
  * @param {any[]} commands
  * @param {number[]} frames
  */
-function edited(commands, frames) {
+function editedFlags(commands, frames) {
   const both = { id: [7, 8], first: [0, 60], last: [50, 99], class_id: [14, 13] };
   const all = [
     { track: 7, first: 0, last: 50 },
@@ -54,9 +54,9 @@ function edited(commands, frames) {
 
 test('one corrected frame leaves the other boxes the engine’s', () => {
   const box = [1, 1, 9, 9];
-  assert.deepEqual(edited([{ name: 'add_key', frame: 20, box }], [19, 20, 21]), [[false], [true], [false]]);
+  assert.deepEqual(editedFlags([{ name: 'add_key', frame: 20, box }], [19, 20, 21]), [[false], [true], [false]]);
   assert.deepEqual(
-    edited(
+    editedFlags(
       [
         { name: 'set_box', frame: 20, box },
         { name: 'set_box', frame: 24, box },
@@ -66,18 +66,22 @@ test('one corrected frame leaves the other boxes the engine’s', () => {
     ),
     [[false], [true], [true], [true], [false]],
   );
-  assert.deepEqual(edited([{ name: 'set_review', frame: 20, review: 'accepted' }], [20]), [[false]]);
+  assert.deepEqual(editedFlags([{ name: 'set_review', frame: 20, review: 'accepted' }], [20]), [[false]]);
 });
 
 test('a label of one box is that box’s, one of the track is every box’s', () => {
-  assert.deepEqual(edited([{ name: 'relabel_box', frame: 20, class_id: 1 }], [19, 20, 21]), [[false], [true], [false]]);
-  assert.deepEqual(edited([{ name: 'relabel_track', frame: 20, class_id: 1 }], [0, 20]), [[true], [true]]);
-  assert.deepEqual(edited([{ name: 'relabel_track', frame: 20, class_id: 14 }], [0, 20]), [[false], [false]], 'what the engine says too');
-  assert.deepEqual(edited([{ name: 'set_not_a_sign', frame: 20, value: true }], [0]), [[true]]);
-  assert.deepEqual(edited([{ name: 'set_occluded', frame: 20, value: true }], [19, 20, 21]), [[false], [true], [true]]);
+  assert.deepEqual(editedFlags([{ name: 'relabel_box', frame: 20, class_id: 1 }], [19, 20, 21]), [[false], [true], [false]]);
+  assert.deepEqual(editedFlags([{ name: 'relabel_track', frame: 20, class_id: 1 }], [0, 20]), [[true], [true]]);
+  assert.deepEqual(
+    editedFlags([{ name: 'relabel_track', frame: 20, class_id: 14 }], [0, 20]),
+    [[false], [false]],
+    'what the engine says too',
+  );
+  assert.deepEqual(editedFlags([{ name: 'set_not_a_sign', frame: 20, value: true }], [0]), [[true]]);
+  assert.deepEqual(editedFlags([{ name: 'set_occluded', frame: 20, value: true }], [19, 20, 21]), [[false], [true], [true]]);
 });
 
 test('cut and joined tracks have the engine’s boxes, joined ones with the label that is theirs now', () => {
-  assert.deepEqual(edited([{ name: 'split', frame: 20, new_key: 'h1' }], [19, 20]), [[false], [false]]);
-  assert.deepEqual(edited([{ name: 'merge', frame: 70, others: ['m8'] }], [40, 70]), [[false], [true]]);
+  assert.deepEqual(editedFlags([{ name: 'split', frame: 20, new_key: 'h1' }], [19, 20]), [[false], [false]]);
+  assert.deepEqual(editedFlags([{ name: 'merge', frame: 70, others: ['m8'] }], [40, 70]), [[false], [true]]);
 });

@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { formatRoute, parseRoute, placeOf, samePlace } from '../../../static/js/model/route.js';
+import { formatRoute, parseRoute, currentAddress, isSameView } from '../../../static/js/model/route.js';
 import * as actions from '../../../static/js/store/actions/page.js';
 import { initialState } from '../../../static/js/store/initial.js';
 
@@ -73,7 +73,7 @@ test('another video or run is another place, another frame or track of it is not
   const [video, run, other] = ['a'.repeat(64), 'b'.repeat(32), 'c'.repeat(32)];
   const at = parseRoute(`#/review/${video}/${run}?frame=3&track=m1`);
   /** @param {string} hash @param {string|null} [shown] @param {import('../../../static/js/state-types.js').Route} [before] */
-  const same = (hash, shown = run, before = at) => samePlace(before, parseRoute(hash), shown);
+  const same = (hash, shown = run, before = at) => isSameView(before, parseRoute(hash), shown);
   assert.ok(same(`#/review/${video}/${run}?frame=9&track=m2`));
   assert.ok(!same(`#/review/${'d'.repeat(64)}/${run}`));
   assert.ok(!same(`#/review/${video}/${other}`));
@@ -90,7 +90,7 @@ test('the address says where one is, and never the run that is being left', () =
   const [id, mine, next] = ['a'.repeat(64), 'b'.repeat(32), 'c'.repeat(32)];
   const review = { video: video(id), timebase: {}, run: run(mine), tracks: {}, frame: 7, selected: 'm1', playing: false };
   /** @param {string} hash @param {object} [more] */
-  const place = (hash, more = {}) => placeOf({ route: parseRoute(hash), review: /** @type {any} */ ({ ...review, ...more }) });
+  const place = (hash, more = {}) => currentAddress({ route: parseRoute(hash), review: /** @type {any} */ ({ ...review, ...more }) });
   assert.equal(place(`#/review/${id}/-?frame=3`), `#/review/${id}/${mine}?frame=7&track=m1`);
   assert.equal(place(`#/review/${id}/${next}?frame=3`), null, 'it is being opened');
   assert.equal(place(`#/review/${id}/${next}?frame=3`, { run: null, selected: null }), `#/review/${id}/${next}?frame=7`, 'it is not there');
@@ -117,10 +117,10 @@ test('files and versions take their place, and leave it', () => {
     ],
   );
   assert.deepEqual(
-    actions.dropMade(state, 'b').outputs?.map(({ id }) => id),
+    actions.dropOutputOrModel(state, 'b').outputs?.map(({ id }) => id),
     ['a'],
   );
-  assert.equal(actions.dropMade(state, 'x'), state);
+  assert.equal(actions.dropOutputOrModel(state, 'x'), state);
 });
 
 test('exactly one version is in use, the shipped one where no other is', () => {

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { NO_CLASS, emptyDoc } from '../../../static/js/model/documents.js';
-import { finderOf } from '../../../static/js/model/label_finder.js';
+import { labelFinder } from '../../../static/js/model/label_finder.js';
 import { describeMerge } from '../../../static/js/views/dialogs/label_merge.js';
 import { unmatchedTextRow, isAlreadySet, sideBesideBox, voteShares, reordered } from '../../../static/js/views/dialogs/relabel.js';
 import { label, labelsNamed } from '../labels.js';
@@ -16,7 +16,7 @@ const LABELS = labelsNamed([
   'stop',
 ]);
 /** @param {readonly import('../../../static/js/types.js').Label[]} labels @param {string} text */
-const findLabels = (labels, text) => finderOf(labels).search(text, labels);
+const findLabels = (labels, text) => labelFinder(labels).search(text, labels);
 
 test('labels are found by number, by prefix and by parts of words', () => {
   /** @param {string} text */

@@ -14,7 +14,7 @@ export const setSession = (state, session) => ({ ...state, session });
 /** @param {State} state @param {import('../../types.js').Label[]} labels @returns {State} */
 export const setLabels = (state, labels) => ({ ...state, labels });
 
-/** @param {State} state @param {import('../../types.js').LabelSetHead[]} labelSets @returns {State} */
+/** @param {State} state @param {import('../../types.js').LabelSetSummary[]} labelSets @returns {State} */
 export const setLabelSets = (state, labelSets) => ({ ...state, labelSets });
 
 /** @param {State} state @param {import('../../types.js').Parameter[]} parameters @returns {State} */
@@ -34,8 +34,8 @@ export const setVideos = (state, videos) => ({ ...state, videos });
  */
 export function putVideo(state, video) {
   const videos = state.videos ?? [];
-  const known = videos.some((other) => other.id === video.id);
-  const next = known ? videos.map((other) => (other.id === video.id ? video : other)) : [video, ...videos];
+  const isKnown = videos.some((other) => other.id === video.id);
+  const next = isKnown ? videos.map((other) => (other.id === video.id ? video : other)) : [video, ...videos];
   const review = state.review?.video.id === video.id ? { ...state.review, video } : state.review;
   return { ...state, videos: state.videos === null ? null : next, review };
 }
@@ -59,8 +59,8 @@ export function putRun(state, run) {
   const review = state.review?.run?.id === run.id ? { ...state.review, run } : state.review;
   const runs = state.runs[run.video_id];
   if (!runs) return review === state.review ? state : { ...state, review };
-  const known = runs.some((other) => other.id === run.id);
-  const next = known ? runs.map((other) => (other.id === run.id ? run : other)) : [run, ...runs];
+  const isKnown = runs.some((other) => other.id === run.id);
+  const next = isKnown ? runs.map((other) => (other.id === run.id ? run : other)) : [run, ...runs];
   return { ...state, runs: { ...state.runs, [run.video_id]: next }, review };
 }
 
@@ -117,7 +117,7 @@ export const setOutputs = (state, outputs) => ({ ...state, outputs });
  */
 export function putOutput(state, output) {
   if (state.outputs === null) return state;
-  return { ...state, outputs: replaced(state.outputs, output) };
+  return { ...state, outputs: withItem(state.outputs, output) };
 }
 
 /** @param {State} state @param {import('../../types.js').ModelVersion[]} models @returns {State} */
@@ -131,7 +131,7 @@ export const setModels = (state, models) => ({ ...state, models });
  */
 export function putModel(state, version) {
   if (state.models === null) return state;
-  const models = replaced(state.models, version);
+  const models = withItem(state.models, version);
   const active = version.active ? version.id : (models.find((other) => other.active && other.id !== 'shipped')?.id ?? 'shipped');
   return {
     ...state,
@@ -145,9 +145,9 @@ export function putModel(state, version) {
  * @param {string} id
  * @returns {State}
  */
-export function dropMade(state, id) {
-  const outputs = without(state.outputs, id);
-  const models = without(state.models, id);
+export function dropOutputOrModel(state, id) {
+  const outputs = withoutItem(state.outputs, id);
+  const models = withoutItem(state.models, id);
   return outputs === state.outputs && models === state.models ? state : { ...state, outputs, models };
 }
 
@@ -157,7 +157,7 @@ export function dropMade(state, id) {
  * @param {T} item
  * @returns {T[]}
  */
-function replaced(list, item) {
+function withItem(list, item) {
   return list.some(({ id }) => id === item.id) ? list.map((other) => (other.id === item.id ? item : other)) : [item, ...list];
 }
 
@@ -167,6 +167,6 @@ function replaced(list, item) {
  * @param {string} id
  * @returns {T[]|null}
  */
-function without(list, id) {
+function withoutItem(list, id) {
   return list?.some((item) => item.id === id) ? list.filter((item) => item.id !== id) : list;
 }

@@ -7,14 +7,14 @@
  * @typedef {import('../../types.js').Box} Box
  */
 import { withAnswer, withCut } from '../../model/following.js';
-import { tracksBehind } from '../../model/track_lane.js';
-import { changed, modeOf } from '../../modes/index.js';
+import { engineTracksOf } from '../../model/track_lane.js';
+import { modeChange, modeOf } from '../../modes/index.js';
 import { initialReview } from '../initial.js';
 
 /** Number of frames around the cursor whose overlays are kept. */
-const KEPT = 1536;
+const KEPT_OVERLAY_FRAMES = 1536;
 /** Maximum number of track lanes that are kept. */
-const MOST_LANES = 40;
+const MAX_LANES = 40;
 
 /**
  * @param {State} state
@@ -47,7 +47,7 @@ export const setPlaying = (state, playing) => changeReview(state, { playing });
 export function playOrPause(state) {
   const { review } = state;
   if (review === null || review.playing) return setPlaying(state, false);
-  return setPlaying(review.frame >= framesOf(review) - 1 ? seek(state, 0) : state, true);
+  return setPlaying(review.frame >= frameCount(review) - 1 ? seek(state, 0) : state, true);
 }
 
 /** Note the ordinal of the picture on screen. @param {State} state @param {number|null} shown @returns {State} */
@@ -85,16 +85,16 @@ export function toggleFewLabels(state) {
 export const hover = (state, key) => changeReview(state, (review) => (review.fewLabels ? { hovered: key } : {}));
 
 /** @param {State} state @param {ReviewState['mode']} mode @returns {State} */
-export const setMode = (state, mode) => changeReview(state, (review) => changed(review, mode));
+export const setMode = (state, mode) => changeReview(state, (review) => modeChange(review, mode));
 
 /** Show a view beside the picture; the same again hides it. @param {State} state @param {'recording'|'scene3d'} beside @returns {State} */
 export const toggleBeside = (state, beside) => changeReview(state, (review) => ({ beside: review.beside === beside ? null : beside }));
 
 /** Handle a click on a track: the mode's own effect, else select it. @param {State} state @param {string} key @returns {State} */
-export const pick = (state, key) => (state.review && modeOf(state.review).take ? take(state, key) : select(state, key));
+export const pick = (state, key) => (state.review && modeOf(state.review).onTrackClick ? applyTrackClick(state, key) : select(state, key));
 
 /** Apply the mode's effect of a click on a track, if it has one. @param {State} state @param {string} key @returns {State} */
-export const take = (state, key) => changeReview(state, (review) => modeOf(review).take?.(review, key) ?? {});
+export const applyTrackClick = (state, key) => changeReview(state, (review) => modeOf(review).onTrackClick?.(review, key) ?? {});
 
 /** @param {State} state @param {{box: Box, key: string}|null} drag @returns {State} */
 export const setDrag = (state, drag) => changeReview(state, { drag });
@@ -118,16 +118,16 @@ export const setViewport = (state, viewport) => changeReview(state, { viewport }
  * Add overlays, and evict those far from the cursor.
  * @param {State} state
  * @param {'overlays'|'secondOverlays'} slot
- * @param {import('../../types.js').Overlay[]} found
+ * @param {import('../../types.js').Overlay[]} overlays
  * @returns {State}
  */
-export function putOverlays(state, slot, found) {
+export function putOverlays(state, slot, overlays) {
   return changeReview(state, (review) => {
     const all = { ...review[slot] };
-    for (const overlay of found) all[overlay.frame] = overlay;
+    for (const overlay of overlays) all[overlay.frame] = overlay;
     const frames = Object.keys(all).map(Number);
-    if (frames.length > 2 * KEPT) {
-      for (const frame of frames) if (Math.abs(frame - review.frame) > KEPT) delete all[frame];
+    if (frames.length > 2 * KEPT_OVERLAY_FRAMES) {
+      for (const frame of frames) if (Math.abs(frame - review.frame) > KEPT_OVERLAY_FRAMES) delete all[frame];
     }
     return { [slot]: all };
   });
@@ -151,14 +151,14 @@ export function putTruth(state, boxes, first, last) {
 
 /** The loaded lanes of the selected track. @param {ReviewState} review @returns {ReviewState['laneOf']} */
 export function selectedLanes(review) {
-  const tracks = review.selected === null ? [] : tracksBehind(review.selected, review.docs[review.selected]);
+  const tracks = review.selected === null ? [] : engineTracksOf(review.selected, review.docs[review.selected]);
   return Object.fromEntries(tracks.filter((track) => review.laneOf[track]).map((track) => [track, review.laneOf[track]]));
 }
 
 /** Add a lane. Evicts lanes of other tracks, never those of the selected one. @param {State} state @param {import('../../types.js').TrackLane} lane @returns {State} */
 export function putLane(state, lane) {
   return changeReview(state, (review) => {
-    const full = Object.keys(review.laneOf).length >= MOST_LANES;
+    const full = Object.keys(review.laneOf).length >= MAX_LANES;
     return { laneOf: { ...(full ? selectedLanes(review) : review.laneOf), [lane.id]: lane } };
   });
 }
@@ -176,15 +176,15 @@ export const setFollowing = (state, following) => changeReview(state, { followin
 export const putFollowing = (state, id, answer) =>
   changeReview(state, ({ following }) => (following !== null && following.id === id ? { following: withAnswer(following, answer) } : {}));
 
-/** Cut off the proposals before or after the cursor. @param {State} state @param {'from'|'to'} side @returns {State} */
-export const cutFollowing = (state, side) =>
-  changeReview(state, ({ following, frame }) => (following === null ? {} : { following: withCut(following, side, frame) }));
+/** Cut off the proposals before or after the cursor. @param {State} state @param {'from'|'to'} end @returns {State} */
+export const cutFollowing = (state, end) =>
+  changeReview(state, ({ following, frame }) => (following === null ? {} : { following: withCut(following, end, frame) }));
 
 /** Number of frames of the video on the review screen, at least 1. @param {ReviewState|null} review */
-export const framesOf = (review) => Math.max(1, review?.timebase?.frames ?? review?.video.frames ?? 1);
+export const frameCount = (review) => Math.max(1, review?.timebase?.frames ?? review?.video.frames ?? 1);
 
 /**
  * @param {ReviewState} review
  * @param {number} frame
  */
-const clampFrame = (review, frame) => Math.min(framesOf(review) - 1, Math.max(0, Math.round(frame)));
+const clampFrame = (review, frame) => Math.min(frameCount(review) - 1, Math.max(0, Math.round(frame)));

@@ -2,7 +2,7 @@
 /** Add videos from the server's machine: browse folders, or type a path. */
 
 import { sentence } from '../../api/errors.js';
-import { addedWords, oneByOne, toggled } from '../../model/several_videos.js';
+import { addedMessage, processAll, togglePath } from '../../model/several_videos.js';
 import { putVideo } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { loadingState } from '../placeholders.js';
@@ -81,7 +81,7 @@ export function addVideoDialog({ app, close, signal }) {
           createRow('folder', lastName(name), name, () => open(name.startsWith('/') ? name : join(folder.path, name))),
         ),
         folder.videos.map((video) =>
-          createRow('film', video.name, bytes(video.size), () => choose(toggled(chosenPaths, video.path)), video.path),
+          createRow('film', video.name, bytes(video.size), () => choose(togglePath(chosenPaths, video.path)), video.path),
         ),
         folder.videos.length === 0 &&
           !folder.truncated &&
@@ -104,7 +104,7 @@ export function addVideoDialog({ app, close, signal }) {
     }
     addButton.disabled = true;
     errorText.hidden = true;
-    const { done, left, errors } = await oneByOne(
+    const { done, left, errors } = await processAll(
       paths,
       (path) => {
         if (paths.length > 1) setText(addButton, `Adding ${count(paths.indexOf(path) + 1)} of ${count(paths.length)} …`);
@@ -113,7 +113,7 @@ export function addVideoDialog({ app, close, signal }) {
       sentence,
     );
     addButton.disabled = false;
-    if (done.length) toast(addedWords(done));
+    if (done.length) toast(addedMessage(done));
     if (signal.aborted) return;
     if (left.length === 0) {
       close();

@@ -7,8 +7,8 @@ import { endOffer } from '../../review/earlier_corrections.js';
 import { changeReview, seek, select } from '../../store/actions/review.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
-import { signature } from '../../core/preferences.js';
-import { runName } from '../../model/run_words.js';
+import { authorName } from '../../core/preferences.js';
+import { runName } from '../../model/describe_run.js';
 
 /**
  * @param {import('./index.js').DialogSetup<'adopted'>} setup
@@ -52,7 +52,7 @@ export function adoptedDialog({ app, data, close, signal }) {
     }
     submitButton.disabled = true;
     try {
-      const outcome = await app.api.adopt(data.to.id, data.from.id, signature(app.store.get().session), { signal });
+      const outcome = await app.api.adopt(data.to.id, data.from.id, authorName(app.store.get().session), { signal });
       await app.editor.refresh();
       endOffer(app, data.to.id, data.from.id);
       isDone = true;

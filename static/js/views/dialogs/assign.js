@@ -2,7 +2,7 @@
 /** Assign a video, or some of its frames, to a person, and change or remove assignments. */
 
 import { sentence } from '../../api/errors.js';
-import { framesOf, STATES } from '../../model/team.js';
+import { assignedFrames, STATES } from '../../model/team.js';
 import { dropAssignment, putAssignment } from '../../store/actions/team.js';
 import { fill, h, setText } from '../dom.js';
 import { icon } from '../icons.js';
@@ -54,7 +54,7 @@ export function assignDialog({ app, data, close, signal }) {
     h(
       'li.row',
       h('span', { class: `state-chip state-${assignment.state}` }, STATES[assignment.state]),
-      h('span.grow.truncate', `${assignment.person}, ${framesOf(assignment)}`),
+      h('span.grow.truncate', `${assignment.person}, ${assignedFrames(assignment)}`),
       h(
         'button.btn.btn-quiet.btn-small.btn-icon',
         {

@@ -1,8 +1,8 @@
 // @ts-check
 /** Give one verdict to all tracks that the queue shows. */
 
-import { numberIn } from '../../model/exchange.js';
-import { AT_ONCE, judgeable, judgements } from '../../model/bulk_review.js';
+import { parseNumber } from '../../model/exchange.js';
+import { MAX_TRACKS_PER_OPERATION, tracksToReview, reviewCommands } from '../../model/bulk_review.js';
 import { shownQueue } from '../../model/queue.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../../model/format.js';
@@ -39,16 +39,16 @@ export function bulkReviewDialog({ app, close }) {
   /** @returns {{shown: number, keys: string[], error: string}} */
   function readSelection() {
     const shown = shownQueue(store.get());
-    const uncertainty = numberIn(maxUncertaintyInput.value, { name: 'The uncertainty', low: 0, high: 100, empty: 100 });
+    const uncertainty = parseNumber(maxUncertaintyInput.value, { name: 'The uncertainty', low: 0, high: 100, empty: 100 });
     if ('error' in uncertainty) return { shown: shown.length, keys: [], error: uncertainty.error };
     const [value] = verdict();
     // tracks to open again have a verdict
     const criteria = {
       review: value,
       openOnly: openOnly.input.checked && value !== 'open',
-      mostUncertainty: (uncertainty.value ?? 100) / 100,
+      maxUncertainty: (uncertainty.value ?? 100) / 100,
     };
-    return { shown: shown.length, keys: judgeable(shown, criteria), error: '' };
+    return { shown: shown.length, keys: tracksToReview(shown, criteria), error: '' };
   }
 
   function show() {
@@ -56,7 +56,8 @@ export function bulkReviewDialog({ app, close }) {
     const [value, , button] = verdict();
     openOnly.element.hidden = value === 'open';
     setText(errorText, selection.error);
-    const steps = selection.keys.length > AT_ONCE ? ` In steps of ${AT_ONCE}, which are undone one by one.` : '';
+    const steps =
+      selection.keys.length > MAX_TRACKS_PER_OPERATION ? ` In steps of ${MAX_TRACKS_PER_OPERATION}, which are undone one by one.` : '';
     setText(
       shownText,
       selection.keys.length === 0
@@ -72,7 +73,7 @@ export function bulkReviewDialog({ app, close }) {
     const review = store.get().review;
     if (keys.length === 0 || review === null) return;
     const [value, , , verdictText] = verdict();
-    const applied = judgements(keys, value, review.frame).filter((command) => app.edit(command));
+    const applied = reviewCommands(keys, value, review.frame).filter((command) => app.edit(command));
     if (applied.length === 0) return;
     toast(`${plural(keys.length, 'track')} ${verdictText}.`, {
       tone: 'good',

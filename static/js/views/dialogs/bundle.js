@@ -3,7 +3,7 @@
 
 import { sentence } from '../../api/errors.js';
 import { shownSpan } from '../../model/effective.js';
-import { listed, trackName } from '../../model/track_name.js';
+import { listNames, trackName } from '../../model/track_name.js';
 import { correctedKeys } from '../../review/shown_tracks.js';
 import { putOutput } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
@@ -38,7 +38,7 @@ const MAX_NAMED_TRACKS = 4;
  */
 export function describeCutTracks(names, last) {
   if (names.length === 0) return '';
-  const named = listed(names, MAX_NAMED_TRACKS);
+  const named = listNames(names, MAX_NAMED_TRACKS);
   return `${names.length === 1 ? `Track ${named} continues` : `Tracks ${named} continue`} after frame ${count(last)}. Without all votes, a class is expected only if you set it. A later last frame includes ${names.length === 1 ? 'it' : 'them'} completely.`;
 }
 

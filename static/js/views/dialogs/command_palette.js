@@ -1,14 +1,14 @@
 // @ts-check
 /** The command palette: search of commands, controls of the screen, labels, tracks and settings. */
 
-import { stepTo } from '../../model/list_keys.js';
+import { nextIndex } from '../../model/list_keys.js';
 import { engineName, offeredLabels } from '../../model/labels.js';
-import { findItems, prepared } from '../../model/palette.js';
+import { findItems, prepareItems } from '../../model/palette.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { needsTrack, onReview } from '../../operations/helpers.js';
 import { openTrack } from '../../operations/navigate.js';
 import { runOperation } from '../../operations/registry.js';
-import { giveLabel } from '../../operations/verdicts.js';
+import { setLabel } from '../../operations/verdicts.js';
 import { h, reconcile, setText } from '../dom.js';
 import { count, frameSpan } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
@@ -59,7 +59,7 @@ function paletteItems(app, state, controls = []) {
     kind: 'Label',
     key: label.pinned === null ? '' : `Ctrl+${label.pinned}`,
     reason,
-    run: () => giveLabel(app, label),
+    run: () => setLabel(app, label),
   }));
   const trackItems = trackEntries(review.tracks, review.docs).map((entry) => ({
     id: `track-${entry.key}`,
@@ -87,7 +87,7 @@ function screenControls({ route }) {
  * @returns {import('./index.js').DialogContent}
  */
 export function commandPaletteDialog({ app, close, signal }) {
-  const items = prepared(paletteItems(app, app.store.get(), screenControls(app.store.get())));
+  const items = prepareItems(paletteItems(app, app.store.get(), screenControls(app.store.get())));
   /** @type {Item[]} */
   let shownItems = [];
   let markedIndex = 0;
@@ -156,7 +156,7 @@ export function commandPaletteDialog({ app, close, signal }) {
   }
 
   search.addEventListener('keydown', (event) => {
-    const next = stepTo(event.key, markedIndex, shownItems.length, { page: 10, typed: true });
+    const next = nextIndex(event.key, markedIndex, shownItems.length, { page: 10, isInTextField: true });
     if (next !== null) {
       event.preventDefault();
       markedIndex = next;

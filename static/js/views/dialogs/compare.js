@@ -8,7 +8,7 @@ import { openDialog, setRuns } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { modelVersionSuffix } from '../model_version_text.js';
-import { runTitle } from '../../model/run_words.js';
+import { runTitle } from '../../model/describe_run.js';
 
 /**
  * The initial choice: the present comparison, else a run against ground truth or against its own corrections.
@@ -93,7 +93,7 @@ export function compareDialog({ app, data, close, signal }) {
             h(
               'optgroup',
               { label: `Runs of ${name}` },
-              ...listed.map(({ run, under }) => h('option', { value: `run:${run.id}` }, `${under ? '↳ ' : ''}${titleOf(run)}`)),
+              ...listed.map(({ run, isWhatIf: under }) => h('option', { value: `run:${run.id}` }, `${under ? '↳ ' : ''}${titleOf(run)}`)),
             ),
           completeRuns.length > 0 &&
             h(

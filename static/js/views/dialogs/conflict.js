@@ -4,7 +4,7 @@
 import { sentence } from '../../api/errors.js';
 import { commandName, describeUndone, withTrackNames } from '../../editing/command_names.js';
 import { verdictOf } from '../../model/documents.js';
-import { className } from '../../model/labels.js';
+import { labelName } from '../../model/labels.js';
 import { trackName } from '../../model/track_name.js';
 import { h, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
@@ -26,7 +26,7 @@ const REVIEW_TEXTS = { open: 'not reviewed', accepted: 'accepted', rejected: 'fa
  */
 export function describeVersion(doc, labels) {
   if (!doc) return { State: 'not there' };
-  const name = doc.class_id === null ? 'as read by the engine' : className(labels, doc.class_id);
+  const name = doc.class_id === null ? 'as read by the engine' : labelName(labels, doc.class_id);
   const keys = Object.keys(doc.keys)
     .map(Number)
     .sort((a, b) => a - b);

@@ -1,9 +1,9 @@
 // @ts-check
 /** Tracks that anybody has deleted in this run, with buttons to restore them. */
 
-import { deletedTracks, lastWords, pictureOf } from '../../model/deleted.js';
+import { deletedTracks, lastEdits, exampleFrame } from '../../model/deleted.js';
 import { labelOf } from '../../model/effective.js';
-import { className, labelFor } from '../../model/labels.js';
+import { labelName, labelFor } from '../../model/labels.js';
 import { trackName } from '../../model/track_name.js';
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h } from '../dom.js';
@@ -21,7 +21,7 @@ const PICTURE_SIZE_PX = 96;
  */
 export function deletedDialog({ app, close, signal }) {
   const { store } = app;
-  /** @type {Map<string, import('../../model/deleted.js').Said>} */
+  /** @type {Map<string, import('../../model/deleted.js').LastEdit>} */
   let lastEdits = new Map();
   let lastSeq = 0;
   const list = h('ul.made-list', { 'aria-label': 'Deleted tracks' });
@@ -45,7 +45,7 @@ export function deletedDialog({ app, close, signal }) {
       ...deleted.map(({ doc, first, last }) => {
         const name = trackName(doc.key, doc);
         const label = labelOf(doc, (track) => tracks?.class_id[columnOf(track)] ?? null);
-        const text = className(labels, label);
+        const text = labelName(labels, label);
         const edit = lastEdits.get(doc.key);
         return h(
           'li.made',
@@ -75,7 +75,7 @@ export function deletedDialog({ app, close, signal }) {
    * @param {string|undefined} labelPicture
    */
   function picture(doc, last, labelPicture) {
-    const from = pictureOf(doc, last);
+    const from = exampleFrame(doc, last);
     const run = store.get().review?.run;
     const showLabelPicture = () => setImageSource(image, labelPicture);
     const image = imageWithPlaceholder({ class: 'deleted-picture', loading: 'lazy', decoding: 'async' });
@@ -93,7 +93,7 @@ export function deletedDialog({ app, close, signal }) {
       const { edits } = await app.api.edits(run.id, lastSeq, { signal });
       rows = edits.length;
       lastSeq = edits.at(-1)?.seq ?? lastSeq;
-      lastEdits = lastWords(lastEdits, edits);
+      lastEdits = lastEdits(lastEdits, edits);
     }
     show();
   }

@@ -2,7 +2,7 @@
 /** Export: choose runs, content and format; then shows the progress of the file. */
 
 import { ApiError, sentence } from '../../api/errors.js';
-import { numberIn, restoreChoice } from '../../model/exchange.js';
+import { parseNumber, restoreChoice } from '../../model/exchange.js';
 import { putOutput, setRuns } from '../../store/actions/page.js';
 import { createOutputRow } from '../output_row.js';
 import { isActive } from '../output_text.js';
@@ -125,10 +125,10 @@ export function exportDialog({ app, data, close, signal }) {
     const frames = runs.frames();
     const lastFrame = frames === null ? 2 ** 31 - 2 : frames - 1;
     const numbers = {
-      side: numberIn(minSideInput.value, { name: 'The smallest side', low: 0, high: 10_000, empty: null }),
-      first: numberIn(firstInput.value, { name: 'The first frame', low: 0, high: lastFrame, whole: true, empty: 0 }),
-      last: numberIn(lastInput.value, { name: 'The last frame', low: 0, high: lastFrame, whole: true, empty: null }),
-      thin: numberIn(maxErrorInput.value, { name: 'The bound', low: 0, high: 100 }),
+      side: parseNumber(minSideInput.value, { name: 'The smallest side', low: 0, high: 10_000, empty: null }),
+      first: parseNumber(firstInput.value, { name: 'The first frame', low: 0, high: lastFrame, whole: true, empty: 0 }),
+      last: parseNumber(lastInput.value, { name: 'The last frame', low: 0, high: lastFrame, whole: true, empty: null }),
+      thin: parseNumber(maxErrorInput.value, { name: 'The bound', low: 0, high: 100 }),
       ...split.numbers(),
     };
     /** @type {Record<string, number|null>} */

@@ -1,8 +1,8 @@
 // @ts-check
 /** A live estimate of what an export contains, from tracks and documents, without reading boxes. */
 
-import { countOut } from '../../model/exchange.js';
-import { resolved } from '../../model/labels.js';
+import { countExported } from '../../model/exchange.js';
+import { resolveLabelId } from '../../model/labels.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../../model/format.js';
 
@@ -62,7 +62,7 @@ export function createExportEstimate(app, signal, onCounted) {
       /** @type {Map<number, number>} */
       const byLabel = new Map();
       for (const { tracks, docs } of runs) {
-        const counts = countOut(tracks, docs, criteria, (id) => resolved(labels, id));
+        const counts = countExported(tracks, docs, criteria, (id) => resolveLabelId(labels, id));
         totals.tracks += counts.tracks;
         totals.boxes += counts.boxes;
         totals.rejected += counts.rejected;

@@ -1,7 +1,7 @@
 // @ts-check
 /** The labels to export, and the class map of the files. */
 
-import { finderOf } from '../../model/label_finder.js';
+import { labelFinder } from '../../model/label_finder.js';
 import { labelsById, offeredLabels } from '../../model/labels.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
@@ -21,7 +21,7 @@ const CLASS_MAP = /** @type {const} */ ([
 
 /**
  * @param {readonly Label[]} labels
- * @param {Pick<import('../../model/exchange.js').Choice, 'labels'|'not_in_set'|'class_map'>} initial
+ * @param {Pick<import('../../model/exchange.js').ExportChoice, 'labels'|'not_in_set'|'class_map'>} initial
  * @param {() => void} onChange
  */
 export function createExportLabels(labels, initial, onChange) {
@@ -42,7 +42,7 @@ export function createExportLabels(labels, initial, onChange) {
     placeholder: 'Find a label',
     'aria-label': 'Find a label',
     oninput: () => {
-      const found = new Set(finderOf(labels).search(search.value, offered));
+      const found = new Set(labelFinder(labels).search(search.value, offered));
       for (const { label, element } of checkboxes) element.hidden = !found.has(label);
     },
   });

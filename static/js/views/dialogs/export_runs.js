@@ -3,7 +3,7 @@
 
 import { h, reconcile, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
-import { runTitle } from '../../model/run_words.js';
+import { runTitle } from '../../model/describe_run.js';
 
 /** @typedef {import('../../state-types.js').State} State */
 /** @typedef {import('../../types.js').Video} Video */

@@ -1,7 +1,7 @@
 // @ts-check
 /** The part of the export dialog that splits signs or videos into training, validation and test. */
 
-import { numberIn } from '../../model/exchange.js';
+import { parseNumber } from '../../model/exchange.js';
 import { h } from '../dom.js';
 import { choiceInput, field, numberInput } from './fields.js';
 
@@ -44,11 +44,11 @@ export function createExportSplit(initial, onChange) {
     isOn,
     isBalanced: () => balanceLabels.input.checked,
     by: () => /** @type {'sign'|'video'} */ (splitBySelect.value),
-    /** The parsed numbers of the fields; empty without a split. @returns {Record<string, ReturnType<typeof numberIn>>} */
+    /** The parsed numbers of the fields; empty without a split. @returns {Record<string, ReturnType<typeof parseNumber>>} */
     numbers() {
       if (!isOn()) return {};
-      const [train, val, test] = shares.map(({ input }) => numberIn(input.value, SHARE));
-      return { train, val, test, seed: numberIn(seed.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true }) };
+      const [train, val, test] = shares.map(({ input }) => parseNumber(input.value, SHARE));
+      return { train, val, test, seed: parseNumber(seed.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true }) };
     },
     /** The choice to remember for the next export. */
     choice: () => ({

@@ -3,7 +3,7 @@
 
 import { docOf } from '../../editing/revisions.js';
 import { shownSpan } from '../../model/effective.js';
-import { numberIn } from '../../model/exchange.js';
+import { parseNumber } from '../../model/exchange.js';
 import { trackName } from '../../model/track_name.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
@@ -62,9 +62,9 @@ export function createFrameRange(review, { id, initialLength, maxLength, onChang
 
   /** @returns {{first: number, stop: number}|{error: string}} */
   function value() {
-    const firstFrame = numberIn(firstInput.value, { name: 'The first frame', low: first, high: last, whole: true });
+    const firstFrame = parseNumber(firstInput.value, { name: 'The first frame', low: first, high: last, whole: true });
     if ('error' in firstFrame) return firstFrame;
-    const lastFrame = numberIn(lastInput.value, { name: 'The last frame', low: first, high: last, whole: true });
+    const lastFrame = parseNumber(lastInput.value, { name: 'The last frame', low: first, high: last, whole: true });
     if ('error' in lastFrame) return lastFrame;
     const frames = Number(lastFrame.value) - Number(firstFrame.value) + 1;
     if (frames < 1) return { error: 'The last frame comes before the first.' };

@@ -10,8 +10,8 @@ import { fill, h, setText } from '../dom.js';
 import { bytes, count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { showInReview } from '../show_in_review.js';
-import { recall, remember, signature } from '../../core/preferences.js';
-import { runTitle } from '../../model/run_words.js';
+import { recall, remember, authorName } from '../../core/preferences.js';
+import { runTitle } from '../../model/describe_run.js';
 import { toast } from '../../core/toast.js';
 import { createDropField } from './drop_field.js';
 import { choiceInput, field, group, switchLabel } from './fields.js';
@@ -187,7 +187,7 @@ export function importDialog({ app, data, close, signal }) {
             label_map: JSON.stringify({ ...labelMap.map, ...mappingAnswers.map }),
             unknown,
             add: JSON.stringify(mappingAnswers.add),
-            author: signature(app.store.get().session),
+            author: authorName(app.store.get().session),
           },
           sending,
         ),

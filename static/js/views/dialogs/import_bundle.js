@@ -7,7 +7,7 @@ import { putRun, putVideo } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { bytes, count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { signature } from '../../core/preferences.js';
+import { authorName } from '../../core/preferences.js';
 import { createDropField } from './drop_field.js';
 import { tableHeading } from '../headings.js';
 
@@ -37,7 +37,7 @@ export function importBundleDialog({ app, data, close, signal }) {
     try {
       const { video, run, report } = await app.load(
         () =>
-          app.api.importBundle(file, signature(app.store.get().session), {
+          app.api.importBundle(file, authorName(app.store.get().session), {
             signal,
             onProgress: (sent, total) =>
               setText(errorText, sent < total ? `${bytes(sent)} of ${bytes(total)} sent` : 'The server checks the bundle …'),

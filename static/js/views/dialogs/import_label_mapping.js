@@ -1,7 +1,7 @@
 // @ts-check
 /** A table that maps names in a file without a matching label, before anything is stored. */
 
-import { ANSWERS, mappingOf, proposed } from '../../model/label_mapping.js';
+import { ANSWERS, mappingOf, initialAnswer } from '../../model/label_mapping.js';
 import { offeredLabels } from '../../model/labels.js';
 import { h } from '../dom.js';
 import { plural } from '../../model/format.js';
@@ -26,7 +26,7 @@ const MAX_EXAMPLES = 60;
 export function createLabelMapping({ api, video, unknown, labels, onChange, signal }) {
   const names = h('datalist', { id: 'mapping-labels' }, ...offeredLabels(labels).map(({ name, key }) => h('option', { value: name }, key)));
   const rows = unknown.map((unknownLabel, index) => {
-    const proposal = proposed(unknownLabel);
+    const proposal = initialAnswer(unknownLabel);
     const labelInput = h('input.input', {
       type: 'text',
       list: 'mapping-labels',

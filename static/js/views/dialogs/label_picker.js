@@ -3,7 +3,7 @@
  * A search field and the labels that match it: arrows move, Enter takes. Shared by all dialogs that ask for a label.
  */
 
-import { finderOf } from '../../model/label_finder.js';
+import { labelFinder } from '../../model/label_finder.js';
 import { h, reconcile, setText } from '../dom.js';
 import { imageWithPlaceholder, setImageSource } from '../images.js';
 
@@ -93,7 +93,7 @@ export function createLabelPicker({ onPick, noteAfterName = () => '', furtherRow
   }
 
   function show() {
-    const matches = finderOf(labels).search(search.value, offered);
+    const matches = labelFinder(labels).search(search.value, offered);
     matching = matches.slice(0, MAX_ROWS);
     extraRow = furtherRow(search.value.trim());
     extraRowElement.hidden = extraRow === null;

@@ -6,7 +6,7 @@ import { clearestFrame } from '../../model/clearest.js';
 import { engineName } from '../../model/labels.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { trackName } from '../../model/track_name.js';
-import { sharedFrames, sharedWords, mergeTracks } from '../../operations/merge.js';
+import { sharedFrames, describeSharedFrames, mergeTracks } from '../../operations/merge.js';
 import { knownBox } from '../../review/known_box.js';
 import { putOverlays } from '../../store/actions/review.js';
 import { fill, h, setText } from '../dom.js';
@@ -98,7 +98,7 @@ export function mergeDialog({ app, data, close, signal }) {
         ]);
         return h(
           'section.merge-pair',
-          h('p', sharedWords(review, overlap)),
+          h('p', describeSharedFrames(review, overlap)),
           h(
             'div.row.two-versions',
             ...pair.map(([key, version, outcome]) =>

@@ -4,11 +4,11 @@
 import { sentence } from '../../api/errors.js';
 import { NO_CLASS } from '../../model/documents.js';
 import { labelAt, labelOf } from '../../model/effective.js';
-import { finderOf } from '../../model/label_finder.js';
-import { className, offeredLabels, resolved } from '../../model/labels.js';
+import { labelFinder } from '../../model/label_finder.js';
+import { labelName, offeredLabels, resolveLabelId } from '../../model/labels.js';
 import { documentLane, lastVotes } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
-import { create as createTrack } from '../../operations/place_box.js';
+import { createTrack as createTrack } from '../../operations/place_box.js';
 import { followDrawn } from '../../operations/follow.js';
 import { labelSetKey } from '../../editing/label_sets.js';
 import { judge } from '../../operations/verdicts.js';
@@ -79,7 +79,7 @@ export function sideBesideBox(review, box) {
  */
 export function unmatchedTextRow(labels, text) {
   if (text === '' || text.startsWith('#')) return null;
-  const match = finderOf(labels).find(text);
+  const match = labelFinder(labels).find(text);
   if (match === null || match.how === 'number') return { text: `Add '${text}'`, hidden: null };
   return match.label.hidden ? { text: `'${match.label.name}' is hidden: show it again and use it`, hidden: match.label } : null;
 }
@@ -144,8 +144,8 @@ export function relabelDialog({ app, data, close, signal }) {
     const ids = draft
       ? [labelIdOfKey(labels, recall('draw.label')), ...recentLabelIds(labels)]
       : [
-          resolved(labels, doc && labelAt(doc, frame, engineClass)),
-          ...[...votes.keys()].map((id) => resolved(labels, id)),
+          resolveLabelId(labels, doc && labelAt(doc, frame, engineClass)),
+          ...[...votes.keys()].map((id) => resolveLabelId(labels, id)),
           ...recentLabelIds(labels),
         ];
     const ordered = reordered(offeredLabels(labels), ids);
@@ -209,7 +209,7 @@ export function relabelDialog({ app, data, close, signal }) {
       ? ['As the whole track', doc && labelOf(doc, engineClass)]
       : ['As read by the engine', doc && labelOf({ ...doc, class_id: null }, engineClass)];
     setText(resetButton, text);
-    resetButton.title = `${text}: ${className(labels, id)}`;
+    resetButton.title = `${text}: ${labelName(labels, id)}`;
     resetButton.hidden = !boxRadio.checked && !doc?.key.startsWith('m') && !doc?.segments.length;
   }
 

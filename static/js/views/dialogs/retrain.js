@@ -2,8 +2,8 @@
 /** Make a new model version from reviews, from exports of corrections, or from public data. */
 
 import { sentence } from '../../api/errors.js';
-import { numberIn } from '../../model/exchange.js';
-import { REVIEW_CHOICES, ageWords, firstChoice, isChosen, reviewWords } from '../../model/training_sources.js';
+import { parseNumber } from '../../model/exchange.js';
+import { REVIEW_CHOICES, describeAge, defaultChoice, isChosen, describeReview } from '../../model/training_sources.js';
 import { openDialog, putModel, setOutputs, setModels } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
@@ -83,7 +83,7 @@ export function retrainDialog({ app, data, close, signal }) {
     if (checkedValues(reviewList).length === 0 && chosenExports().length === 0 && !gtsdbInput.value.trim() && !gtsrbInput.value.trim())
       return 'Select a review or an export, or name a folder.';
     if (!partInputs.some(({ input }) => input.checked)) return 'Select at least one part.';
-    const found = numberIn(seedInput.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true });
+    const found = parseNumber(seedInput.value, { name: 'The seed', low: 0, high: 2 ** 31 - 1, whole: true });
     return 'error' in found ? found.error : '';
   }
 
@@ -160,7 +160,7 @@ export function retrainDialog({ app, data, close, signal }) {
                 { title: source.run_name ? `${source.video_name}, ${source.run_name}` : source.video_name },
                 source.video_name,
               ),
-              h('span.muted.small', reviewWords(source)),
+              h('span.muted.small', describeReview(source)),
             ),
           ),
         ),
@@ -172,7 +172,7 @@ export function retrainDialog({ app, data, close, signal }) {
     if (data.exports)
       check(); // a dialog opened from a file selects only that file
     else {
-      choiceSelect.value = firstChoice(sources);
+      choiceSelect.value = defaultChoice(sources);
       selectReviews();
     }
   }
@@ -270,7 +270,7 @@ export function retrainDialog({ app, data, close, signal }) {
                 'span.stack.made-text',
                 h('span.truncate', output.name),
                 h('span.muted.small', [describeContent(output), moment(output.finished)].filter(Boolean).join(' · ')),
-                h('span.field-warning.small', ageWords(exportAges.find(({ id }) => id === output.id))),
+                h('span.field-warning.small', describeAge(exportAges.find(({ id }) => id === output.id))),
               ),
             ),
           ),

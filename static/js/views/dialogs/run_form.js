@@ -2,7 +2,7 @@
 /** The form of a new run: preset, changed parameters and, for a single video, the range of frames. */
 
 import { setModels } from '../../store/actions/page.js';
-import { keptChoice, restoredChoice } from '../../model/run_choice.js';
+import { formatRunChoice, parseRunChoice } from '../../model/run_choice.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { icon } from '../icons.js';
@@ -23,7 +23,7 @@ const STORAGE_KEY = 'run.last';
 export function createRunForm({ app, signal, close }, { frames, several, buttonText, send }) {
   const { session, parameters } = app.store.get();
   const presets = session?.presets ?? ['default'];
-  const lastChoice = restoredChoice(recall(STORAGE_KEY), presets, parameters);
+  const lastChoice = parseRunChoice(recall(STORAGE_KEY), presets, parameters);
   const presetSelect = h(
     'select.select',
     { id: 'run-preset', onchange: () => parameterFields.rebase((parameter) => presetValue(parameter, presetSelect.value)) },
@@ -98,7 +98,7 @@ export function createRunForm({ app, signal, close }, { frames, several, buttonT
     check();
     setText(errorText, '');
     const choice = { preset: presetSelect.value, parameters: parameterFields.changes() };
-    remember(STORAGE_KEY, keptChoice(choice));
+    remember(STORAGE_KEY, formatRunChoice(choice));
     const problem = await send(several ? choice : { ...choice, first: range.first, stop: range.stop, name: nameInput.value.trim() });
     isSending = false;
     if (signal.aborted) return;

@@ -2,7 +2,7 @@
 /** One run in the list of a video's runs: name, progress and actions. */
 
 import { formatRoute } from '../../model/route.js';
-import { resumable, runPart } from '../../model/run_progress.js';
+import { isResumable, runShare } from '../../model/run_progress.js';
 import { dropRun, openDialog } from '../../store/actions/page.js';
 import { changeRun } from '../change_run.js';
 import { h, setText } from '../dom.js';
@@ -10,7 +10,7 @@ import { moment, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { describeRunModels } from '../model_version_text.js';
 import { createProgressBar, setProgress } from '../progress_bar.js';
-import { runChanges, runInexact, runKind, runName, runProgress, runState, runTone } from '../../model/run_words.js';
+import { runChanges, runInexact, runKind, runName, runProgress, runState, runTone } from '../../model/describe_run.js';
 import { toast } from '../../core/toast.js';
 
 /** @typedef {import('../../page-types.js').App} App */
@@ -82,7 +82,7 @@ export function createRunItem({ app, close, signal }, run) {
  * @param {HTMLElement} item
  * @param {Listed} listed
  */
-export function updateRunItem({ app }, item, { run, under, whatifs }) {
+export function updateRunItem({ app }, item, { run, isWhatIf: under, whatifs }) {
   /** @param {string} name */
   const find = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
   const isActive = run.state === 'queued' || run.state === 'running';
@@ -100,9 +100,9 @@ export function updateRunItem({ app }, item, { run, under, whatifs }) {
   setText(find('inexact'), runInexact(run));
   find('progress').classList.toggle('field-error', run.state === 'failed');
   find('meter').hidden = !isActive;
-  setProgress(find('meter'), runPart(run));
+  setProgress(find('meter'), runShare(run));
   find('cancel').hidden = !isActive;
-  find('resume').hidden = !resumable(run);
+  find('resume').hidden = !isResumable(run);
   find('whatif').hidden = run.state !== 'complete' || run.kind !== 'engine';
   const openRun = app.store.get().review?.run;
   find('adopt').hidden =

@@ -2,14 +2,14 @@
 /** Runs in progress or waiting for a worker. Waiting runs can be reordered by drag or keyboard. */
 
 import { sentence } from '../../api/errors.js';
-import { runPart } from '../../model/run_progress.js';
+import { runShare } from '../../model/run_progress.js';
 import { changeRun } from '../change_run.js';
 import { h, reconcile, setText } from '../dom.js';
 import { emptyState } from '../placeholders.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { createProgressBar, setProgress } from '../progress_bar.js';
-import { runKind, runProgress } from '../../model/run_words.js';
+import { runKind, runProgress } from '../../model/describe_run.js';
 import { toastErrors } from '../toast_errors.js';
 
 /** @typedef {import('../../types.js').Run} Run */
@@ -137,7 +137,7 @@ export function runQueueDialog({ app, close, signal }) {
     );
     const meter = /** @type {HTMLElement} */ (item.querySelector('.meter'));
     meter.hidden = position >= 0;
-    setProgress(meter, runPart(run));
+    setProgress(meter, runShare(run));
     for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (item.querySelectorAll('[data-by]'))) {
       const up = button.dataset.by === '-1';
       button.hidden = position < 0;

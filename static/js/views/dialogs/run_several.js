@@ -2,7 +2,7 @@
 /** Start a run on each of several videos with the same settings. */
 
 import { sentence } from '../../api/errors.js';
-import { oneByOne } from '../../model/several_videos.js';
+import { processAll } from '../../model/several_videos.js';
 import { putRun } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../../model/format.js';
@@ -22,7 +22,7 @@ export function runSeveralDialog(setup) {
   /** @param {import('../../api/runs.js').RunRequest} request */
   async function send(request) {
     let startedCount = 0;
-    const { done: started, errors } = await oneByOne(
+    const { done: started, errors } = await processAll(
       videos,
       (video) => {
         startedCount += 1;

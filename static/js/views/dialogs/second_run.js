@@ -1,13 +1,13 @@
 // @ts-check
 /** Choose another run of the video to show on top of the open one. */
 
-import { layable } from '../../model/second_run.js';
+import { overlayableRuns } from '../../model/second_run.js';
 import { openDialog } from '../../store/actions/page.js';
 import { h } from '../dom.js';
 import { emptyState } from '../placeholders.js';
 import { icon } from '../icons.js';
 import { modelVersionSuffix } from '../model_version_text.js';
-import { runTitle } from '../../model/run_words.js';
+import { runTitle } from '../../model/describe_run.js';
 import { choiceInput, group } from './fields.js';
 
 /**
@@ -17,7 +17,7 @@ import { choiceInput, group } from './fields.js';
 export function secondRunDialog({ app, close }) {
   const { store } = app;
   const { review, runs, models } = store.get();
-  const otherRuns = review ? layable(runs[review.video.id] ?? [], review.run?.id ?? null) : [];
+  const otherRuns = review ? overlayableRuns(runs[review.video.id] ?? [], review.run?.id ?? null) : [];
   const cancelButton = h('button.btn', { onclick: close }, 'Cancel');
   const title = 'Second run over this one';
   if (review === null || otherRuns.length === 0) {

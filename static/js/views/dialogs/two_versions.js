@@ -1,7 +1,7 @@
 // @ts-check
 /** Pictures of the frames in which two versions of a track differ, with both boxes. */
 
-import { differences, partAround } from '../../model/two_versions.js';
+import { differences, regionAround } from '../../model/version_differences.js';
 import { h, s } from '../dom.js';
 import { count } from '../../model/format.js';
 
@@ -63,7 +63,7 @@ export function createVersionComparison(app, review, savedDoc, ownDoc) {
 export function createFrameCrop(app, video, frame, boxes, description, caption = description) {
   const [width, height] = [video.width ?? 1, video.height ?? 1];
   const known = boxes.flatMap(({ box }) => (box === null ? [] : [box]));
-  const crop = known.length ? partAround(known, width, height) : { x: 0, y: 0, width, height };
+  const crop = known.length ? regionAround(known, width, height) : { x: 0, y: 0, width, height };
   return h(
     'figure.two-versions-frame',
     s(

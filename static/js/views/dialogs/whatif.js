@@ -3,13 +3,13 @@
 
 import { sentence } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
-import { runPart } from '../../model/run_progress.js';
+import { runShare } from '../../model/run_progress.js';
 import { putRun } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { createParameterFields, presetValue } from '../parameter_fields.js';
-import { replayWarning, runChanges, runInexact, runProgress } from '../../model/run_words.js';
+import { replayWarning, runChanges, runInexact, runProgress } from '../../model/describe_run.js';
 import { createChangeList } from '../whatif_changes.js';
 
 /** @typedef {import('../../types.js').Run} Run */
@@ -106,7 +106,7 @@ export function whatIfDialog({ app, data, close, signal }) {
       fill(
         resultElement,
         h('p', run.state === 'queued' && !run.note ? 'The replay waits for a free worker.' : runProgress(run)),
-        h('span.meter', { style: { '--part': `${runPart(run) * 100}%` } }, h('span')),
+        h('span.meter', { style: { '--part': `${runShare(run) * 100}%` } }, h('span')),
         h(
           'button.btn.btn-small',
           { onclick: () => api.cancelRun(run.id).catch((thrown) => setText(errorText, sentence(thrown))) },

@@ -2,7 +2,7 @@
 /** The attributes of the selected track as a small form. */
 
 import { attributeProblem, valueOfText } from '../../model/attributes.js';
-import { giveAttribute, selectedAttributes } from '../../operations/attributes.js';
+import { setAttribute, selectedAttributes } from '../../operations/attributes.js';
 import { fill, h } from '../dom.js';
 import { icon } from '../icons.js';
 
@@ -28,7 +28,7 @@ export function createAttributes(app, signal) {
   function field(row, attribute) {
     const { name, kind, mutable, values, low, high } = attribute;
     /** @param {import('../../types.js').AttributeValue|null} value */
-    const setValue = (value) => value !== (row.given ? row.value : null) && giveAttribute(app, name, value, mutable);
+    const setValue = (value) => value !== (row.given ? row.value : null) && setAttribute(app, name, value, mutable);
     if (kind === 'checkbox') {
       return h('input', {
         type: 'checkbox',
@@ -83,7 +83,7 @@ export function createAttributes(app, signal) {
         {
           title: 'Give the value of this frame to the whole track',
           disabled: value === null || !(row.given && row.changes),
-          onclick: () => giveAttribute(app, name, value, false),
+          onclick: () => setAttribute(app, name, value, false),
         },
         'Whole track',
       );
@@ -91,7 +91,7 @@ export function createAttributes(app, signal) {
       row.given &&
       h(
         'button.btn.btn-quiet.btn-small.btn-icon',
-        { title: 'Remove the value', 'aria-label': `Remove ${name}`, onclick: () => giveAttribute(app, name, null, false) },
+        { title: 'Remove the value', 'aria-label': `Remove ${name}`, onclick: () => setAttribute(app, name, null, false) },
         icon('trash'),
       );
     return h(

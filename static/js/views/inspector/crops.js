@@ -1,9 +1,9 @@
 // @ts-check
 /** The strip of a track's crops. Only visible crops are loaded; the current frame's crop is marked. */
 
-import { placeAt } from '../../model/detail_columns.js';
+import { lastIndexAt } from '../../model/detail_columns.js';
 import { engineName, labelFor } from '../../model/labels.js';
-import { short } from '../../model/plain_words.js';
+import { shortNumber } from '../../model/describe_events.js';
 import { isLoaded } from '../../model/track_lane.js';
 import { seek } from '../view_actions.js';
 import { h, setAttribute, setText } from '../dom.js';
@@ -20,7 +20,7 @@ export function createCrops(app, signal) {
   /** @type {import('./index.js').Inspected|null} */ let current = null;
   /** @type {Int32Array} */ let frames = new Int32Array(0);
   /** @type {readonly import('../../types.js').Label[]} */ let labels = [];
-  /** @type {import('../../model/track_entries.js').TrackEntry['runs']} */ let visibleRuns = [];
+  /** @type {import('../../model/track_entries.js').TrackEntry['spans']} */ let visibleRuns = [];
   let currentIndex = -1;
   let scheduled = false;
 
@@ -92,14 +92,14 @@ export function createCrops(app, signal) {
         cellsByIndex.clear();
         frames = Int32Array.from(lane.frame);
       }
-      const { runs } = inspected.entry;
+      const { spans: runs } = inspected.entry;
       if (hasChanged || runs !== visibleRuns) {
         visibleRuns = runs;
         for (const [i, cell] of cellsByIndex) markHidden(cell, frames[i]);
         const hidden = frames.length - frames.filter(isShown).length;
         setText(total, `${plural(frames.length, 'frame')}${hidden ? `, ${hidden} outside` : ''}`);
       }
-      const nearest = placeAt(frames, review.frame);
+      const nearest = lastIndexAt(frames, review.frame);
       const index = nearest >= 0 && frames[nearest] === review.frame ? nearest : -1;
       if (index === currentIndex && !hasChanged) return;
       currentIndex = index;
@@ -128,7 +128,7 @@ function createCell(lane, i, labels, url) {
   return h(
     'button.crop',
     {
-      title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${short(weight)}`,
+      title: `Frame ${lane.frame[i]}: read as ${engineName(labels, lane.top[i], lane.top_word?.[i])} with P(c|x) = ${percent(probability)}, weight w = ${shortNumber(weight)}`,
     },
     imageWithPlaceholder({ src: url, alt: `Crop in frame ${lane.frame[i]}`, decoding: 'async' }),
     h('span.crop-frame', lane.frame[i]),

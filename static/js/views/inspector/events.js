@@ -1,7 +1,7 @@
 // @ts-check
 /** One sentence per event of the track, linked to its frame. Repeated events are folded into one line. */
 
-import { stretchesOf } from '../../model/event_stretches.js';
+import { groupEvents } from '../../model/event_groups.js';
 import { seek } from '../view_actions.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { count } from '../../model/format.js';
@@ -15,7 +15,7 @@ export function createEvents(app, signal) {
   const total = h('span.small.muted');
   const more = h('button.btn-link.small', 'Show all');
   /** @type {import('../../types.js').TrackLane|null} */ let lane = null;
-  /** @type {import('../../model/event_stretches.js').Stretch[]} */ let stretches = [];
+  /** @type {import('../../model/event_groups.js').EventGroup[]} */ let stretches = [];
   /** @type {Set<string>} */ let unfolded = new Set();
   let showsAll = false;
   let frame = 0;
@@ -91,7 +91,7 @@ export function createEvents(app, signal) {
       if (inspected.lane === lane && inspected.review.frame === frame) return;
       if (inspected.lane !== lane) {
         lane = inspected.lane;
-        stretches = stretchesOf(inspected.sentences);
+        stretches = groupEvents(inspected.sentences);
         unfolded = new Set();
         showsAll = false;
       }

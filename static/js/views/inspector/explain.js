@@ -4,11 +4,11 @@
  * its crop: mirrored features with their axis, and the two perceptual hashes.
  */
 
-import { placeAt } from '../../model/detail_columns.js';
+import { lastIndexAt } from '../../model/detail_columns.js';
 import { hashBits } from '../../model/hash_bits.js';
 import { engineName } from '../../model/labels.js';
-import { personAt } from '../../model/persons_words.js';
-import { countsAs, short, sourceAt, symmetryAt, verdictAt } from '../../model/plain_words.js';
+import { describeCorrectionAt } from '../../model/describe_corrections.js';
+import { countsAs, shortNumber, describeSource, describeSymmetry, describeVerdict } from '../../model/describe_events.js';
 import { fill, h, s, setText } from '../dom.js';
 import { percent } from '../../model/format.js';
 
@@ -30,7 +30,7 @@ export function createExplain(app, signal) {
       const run = current?.review.run;
       if (!current?.laneData || !run) return;
       const frame = current.review.frame;
-      const track = current.laneData.track[placeAt(frames, frame)];
+      const track = current.laneData.track[lastIndexAt(frames, frame)];
       const floor = current.laneData.lane.symmetry_floor;
       const key = `${run.id} ${current.entry.key} ${frame}`;
       requestedKey = key;
@@ -61,17 +61,17 @@ export function createExplain(app, signal) {
         requestedKey = '';
         result.replaceChildren();
       }
-      const at = placeAt(frames, review.frame);
+      const at = lastIndexAt(frames, review.frame);
       const hasBox = lane && at >= 0 && lane.frame[at] === review.frame;
-      const verdict = hasBox ? verdictAt(lane, at) : null;
+      const verdict = hasBox ? describeVerdict(lane, at) : null;
       button.hidden = verdict === null;
       setText(title, `Frame ${review.frame}`);
-      const personText = inspected.doc && personAt(inspected.doc, review.frame);
+      const personText = inspected.doc && describeCorrectionAt(inspected.doc, review.frame);
       const engineLines = hasBox
         ? [
-            sourceAt(lane, at),
+            describeSource(lane, at),
             verdict ?? 'The gate judged no prediction in this frame.',
-            verdict && symmetryAt(lane, at),
+            verdict && describeSymmetry(lane, at),
             readAs(inspected, at),
           ]
         : ['The engine has no box of this track in this frame.'];
@@ -94,7 +94,7 @@ export function createExplain(app, signal) {
 function readAs({ state, lane }, i) {
   const top = lane?.top[i] ?? null;
   if (!lane || top === null) return null;
-  const weight = lane.weight[i] === null ? 'it has no vote' : `its vote weighs ${short(lane.weight[i])}`;
+  const weight = lane.weight[i] === null ? 'it has no vote' : `its vote weighs ${shortNumber(lane.weight[i])}`;
   return `Read as ${engineName(state.labels, top, lane.top_word?.[i])} with P = ${percent(lane.top_probability[i])}; ${weight}.`;
 }
 
@@ -129,7 +129,7 @@ function symmetryFigure(symmetry, url, floor) {
     drawing,
     h(
       'figcaption.small.muted',
-      `Symmetry from ${symmetry.matches.length} mirrored ${symmetry.matches.length === 1 ? 'pair' : 'pairs'}: ${short(symmetry.magnitude)}${countsAs(symmetry.magnitude, floor)}`,
+      `Symmetry from ${symmetry.matches.length} mirrored ${symmetry.matches.length === 1 ? 'pair' : 'pairs'}: ${shortNumber(symmetry.magnitude)}${countsAs(symmetry.magnitude, floor)}`,
     ),
   );
 }
@@ -165,6 +165,6 @@ function hashFigure(hash) {
   return h(
     'figure',
     h('div.explain-hashes', grid(crop, 'crop'), grid(mean, 'mean of earlier crops')),
-    h('figcaption.small.muted', `${short(hash.distance)} of 64 bits differ (framed)`),
+    h('figcaption.small.muted', `${shortNumber(hash.distance)} of 64 bits differ (framed)`),
   );
 }

@@ -1,10 +1,10 @@
 // @ts-check
 /** Label, probability, runner-up and review state of the selected track. */
 
-import { className, engineName, labelFor } from '../../model/labels.js';
-import { whoseLabel } from '../../model/persons_words.js';
-import { framesIn } from '../../model/shown_runs.js';
-import { giveVerdict } from '../../operations/verdicts.js';
+import { labelName, engineName, labelFor } from '../../model/labels.js';
+import { describeLabels } from '../../model/describe_corrections.js';
+import { countFrames } from '../../model/shown_spans.js';
+import { setVerdict } from '../../operations/verdicts.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, frameSpan, percent } from '../../model/format.js';
 import { icon } from '../icons.js';
@@ -36,7 +36,7 @@ export function createHead(app, signal) {
       'click',
       () => {
         const { review } = app.store.get();
-        if (review) giveVerdict(app, review, key, currentReview === choice.review ? 'open' : choice.review);
+        if (review) setVerdict(app, review, key, currentReview === choice.review ? 'open' : choice.review);
       },
       { signal },
     );
@@ -53,7 +53,7 @@ export function createHead(app, signal) {
     /** @param {import('./index.js').Inspected} inspected */
     update({ state, review, entry, laneData }) {
       /** @param {number|null|undefined} id */
-      const nameOf = (id) => className(state.labels, id);
+      const nameOf = (id) => labelName(state.labels, id);
       key = entry.key;
       currentReview = entry.review;
       const url = labelFor(state.labels, entry.class_id)?.picture ?? null;
@@ -62,11 +62,11 @@ export function createHead(app, signal) {
       setText(name, engineName(state.labels, entry.class_id, entry.word));
       setText(
         sub,
-        `Track ${entry.name} · ${entry.first === entry.last ? 'frame' : 'frames'} ${frameSpan(entry.first, entry.last)} (${count(framesIn(entry.runs))})`,
+        `Track ${entry.name} · ${entry.first === entry.last ? 'frame' : 'frames'} ${frameSpan(entry.first, entry.last)} (${count(countFrames(entry.spans))})`,
       );
       const i = entry.column;
       const tracks = i < 0 ? null : review.tracks;
-      const labelAuthor = whoseLabel(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf, tracks?.word?.[i]);
+      const labelAuthor = describeLabels(review.docs[entry.key], tracks?.class_id[i] ?? null, nameOf, tracks?.word?.[i]);
       authorText.hidden = labelAuthor === null && entry.track !== null;
       setText(authorText, labelAuthor ?? (tracks ? 'Made by a person from the engine’s tracks.' : 'Drawn by a person.'));
       const read = entry.whole ? readingOf(tracks, i) : (laneData?.reading ?? null);

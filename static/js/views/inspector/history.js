@@ -3,7 +3,7 @@
 
 import { sentence } from '../../api/errors.js';
 import { commandName } from '../../editing/command_names.js';
-import { differenceWords } from '../../model/team.js';
+import { describeDifference } from '../../model/team.js';
 import { seek } from '../view_actions.js';
 import { fill, h } from '../dom.js';
 import { moment } from '../../model/format.js';
@@ -41,7 +41,7 @@ export function createHistory(app, signal) {
           h('button.btn-link.small', { onclick: () => seek(app, /** @type {number} */ (change.frame)) }, `frame ${change.frame}`),
       ),
       h('div', commandName(change.name)),
-      ...change.differences.map((each) => h('div.small.muted.history-difference', { dir: 'auto' }, differenceWords(each, labels))),
+      ...change.differences.map((each) => h('div.small.muted.history-difference', { dir: 'auto' }, describeDifference(each, labels))),
     );
   }
 

@@ -51,7 +51,7 @@ export function createInspector(app) {
   /** @type {State['labels']|null} */ let labels = null;
   /** @type {readonly import('../../model/track_entries.js').TrackEntry[]} */ let entries = [];
   /** @type {import('../../model/track_lane.js').DocumentLane|null} */ let shownLane = null;
-  /** @type {import('../../model/plain_words.js').Sentence[]} */ let sentences = [];
+  /** @type {import('../../model/describe_events.js').Sentence[]} */ let sentences = [];
   return {
     element,
     /** @param {State} state */
@@ -96,6 +96,6 @@ export function createInspector(app) {
  * @property {import('../../model/track_entries.js').TrackEntry} entry
  * @property {import('../../model/track_lane.js').DocumentLane|null} laneData       null: not loaded, or the engine has no values
  * @property {import('../../types.js').TrackLane|null} lane                         of `laneData`
- * @property {readonly import('../../model/plain_words.js').Sentence[]} sentences   events of the lane's track
+ * @property {readonly import('../../model/describe_events.js').Sentence[]} sentences   events of the lane's track
  * @property {import('../../types.js').TrackDoc|null} doc                           null: nobody has changed it
  */

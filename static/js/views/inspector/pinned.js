@@ -7,7 +7,7 @@
 import { sentence } from '../../api/errors.js';
 import { labelSetKey } from '../../editing/label_sets.js';
 import { labelFor, offeredLabels } from '../../model/labels.js';
-import { givePinned } from '../../operations/verdicts.js';
+import { setPinnedLabel } from '../../operations/verdicts.js';
 import { shownTrack } from '../../review/shown_tracks.js';
 import { fill, h } from '../dom.js';
 import { icon } from '../icons.js';
@@ -58,7 +58,7 @@ export function createPinned(app, signal) {
   const button = (pinnedLabel) =>
     h(
       'button.btn.btn-small',
-      { title: `${pinnedLabel.name} (Ctrl+${pinnedLabel.pinned})`, onclick: () => givePinned(app, String(pinnedLabel.pinned)) },
+      { title: `${pinnedLabel.name} (Ctrl+${pinnedLabel.pinned})`, onclick: () => setPinnedLabel(app, String(pinnedLabel.pinned)) },
       pinnedLabel.picture && imageWithPlaceholder({ class: 'pinned-picture', src: pinnedLabel.picture }),
       h('span.truncate', { dir: 'auto' }, pinnedLabel.short || pinnedLabel.name.slice(0, 12)),
       h('kbd', pinnedLabel.pinned),

@@ -2,9 +2,9 @@
 /** Parameters and models of the run, folded. */
 
 import { fill, h } from '../dom.js';
-import { focusWords } from '../../model/focus.js';
+import { describeFocus } from '../../model/focus.js';
 import { moment } from '../../model/format.js';
-import { runInexact } from '../../model/run_words.js';
+import { runInexact } from '../../model/describe_run.js';
 
 export function createRunInfo() {
   const table = h('dl.facts');
@@ -24,7 +24,7 @@ export function createRunInfo() {
         ['Made', moment(run.created)],
         ...Object.entries(run.parameters).map(([name, value]) => [name, typeof value === 'string' ? value : JSON.stringify(value)]),
         ...[runInexact(run)].filter((text) => text !== '').map((text) => ['Replay', text]),
-        ...[focusWords(run)].filter((text) => text !== null).map((text) => ['Focus of expansion', text]),
+        ...[describeFocus(run)].filter((text) => text !== null).map((text) => ['Focus of expansion', text]),
         ...Object.entries(run.models).map(([name, hash]) => [`Model ${name}`, hash]),
       ];
       fill(

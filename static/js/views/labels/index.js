@@ -1,7 +1,7 @@
 // @ts-check
 /** The screen of label sets and their labels. */
 
-import { finderOf } from '../../model/label_finder.js';
+import { labelFinder } from '../../model/label_finder.js';
 import { offeredLabels } from '../../model/labels.js';
 import { openDialog } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
@@ -28,7 +28,7 @@ export function createLabels(app) {
   let requestedSet = '';
   /** @type {number|null} */ let selected = null;
   let latestRequest = 0;
-  /** @type {readonly import('../../types.js').LabelSetHead[]|null} */
+  /** @type {readonly import('../../types.js').LabelSetSummary[]|null} */
   let heads = null;
 
   const setSelect = h('select.select', { 'aria-label': 'Label set', onchange: () => void load(setSelect.value) });
@@ -189,7 +189,7 @@ export function createLabels(app) {
     if (!shown) return;
     const { labels, usage } = shown;
     const offered = offeredLabels(labels);
-    const found = finderOf(labels).search(search.value, hiddenCheckbox.checked ? labels : offered);
+    const found = labelFinder(labels).search(search.value, hiddenCheckbox.checked ? labels : offered);
     setText(totalText, search.value.trim() === '' ? plural(offered.length, 'label') : `${count(found.length)} found`);
     setText(hiddenText, `Show hidden and merged (${labels.length - offered.length})`);
     setText(

@@ -1,7 +1,7 @@
 // @ts-check
 /** The labels of a set as a grid. Only visible rows exist. */
 
-import { stepTo } from '../../model/list_keys.js';
+import { nextIndex } from '../../model/list_keys.js';
 import { labelsById } from '../../model/labels.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count } from '../../model/format.js';
@@ -115,7 +115,7 @@ export function createLabelTable({ onChoose: onChoose, onOpen: onOpen, signal })
     'keydown',
     (event) => {
       const at = shown.findIndex(({ id }) => id === selected);
-      const next = stepTo(event.key, at, shown.length, { page: Math.max(1, Math.floor(scroller.clientHeight / height) - 2) });
+      const next = nextIndex(event.key, at, shown.length, { page: Math.max(1, Math.floor(scroller.clientHeight / height) - 2) });
       if (event.key === 'Enter' && at >= 0) onOpen(shown[at]);
       else if (next !== null) selectLabel(shown[next]);
       else return;

@@ -60,7 +60,7 @@ export function paintOverview(ctx, view, density, palette) {
   const tall = height - band - 1;
   ctx.fillStyle = palette.colour.heat;
   for (let b = 0; b < tracks.length; b += 1) {
-    const part = density.most > 0 ? tracks[b] / density.most : 0;
+    const part = density.maxTracks > 0 ? tracks[b] / density.maxTracks : 0;
     ctx.globalAlpha = 0.75;
     ctx.fillRect(b * step, tall * (1 - part), Math.max(1, step), tall * part);
   }

@@ -3,7 +3,7 @@
 
 import { panBy, spanAround, toFrame, zoomAround } from '../../model/time_axis.js';
 import { changeLanesView } from '../../store/actions/page.js';
-import { framesOf } from '../../store/actions/review.js';
+import { frameCount } from '../../store/actions/review.js';
 import { seek, setTau, showDialog, showFrames } from '../view_actions.js';
 import { attachGestures } from './gestures.js';
 
@@ -11,7 +11,7 @@ import { attachGestures } from './gestures.js';
 /** @typedef {{first: number, last: number}} Span */
 
 /** The range of frames in the lanes: all frames until one is set. @param {ReviewState} review @returns {Span} */
-export const shownSpan = (review) => (review.span.last > review.span.first ? review.span : { first: 0, last: framesOf(review) });
+export const shownSpan = (review) => (review.span.last > review.span.first ? review.span : { first: 0, last: frameCount(review) });
 
 /**
  * @param {import('../view_actions.js').ViewApp} app
@@ -29,7 +29,7 @@ export function listenToControls(app, parts, proposalPlot, { width, hover, pick,
   /** @param {(review: ReviewState, span: Span, frames: number) => Span} next */
   const changeSpan = (next) => {
     const review = getReview();
-    if (review !== null) showFrames(app, next(review, shownSpan(review), framesOf(review)));
+    if (review !== null) showFrames(app, next(review, shownSpan(review), frameCount(review)));
   };
 
   /** @type {import('./gestures.js').GestureTarget} */
@@ -54,7 +54,7 @@ export function listenToControls(app, parts, proposalPlot, { width, hover, pick,
       ...plot,
       hover: undefined,
       seek: (x) => {
-        const frame = (x / Math.max(1, width())) * framesOf(getReview());
+        const frame = (x / Math.max(1, width())) * frameCount(getReview());
         seek(app, Math.floor(frame));
         changeSpan((_, span, frames) => panBy(span, frame - (span.first + span.last) / 2, frames));
       },

@@ -1,8 +1,8 @@
 // @ts-check
 /** The value lanes of the selected track. One pass per line; several values in one pixel are drawn as their range. */
 
-import { placeAt } from '../../model/detail_columns.js';
-import { logPlace } from '../../model/gate_lane.js';
+import { lastIndexAt } from '../../model/detail_columns.js';
+import { logPosition } from '../../model/gate_lane.js';
 
 /**
  * @typedef {import('../../model/detail_columns.js').DetailColumns} DetailColumns
@@ -19,8 +19,8 @@ import { logPlace } from '../../model/gate_lane.js';
  */
 export function paintDetail(ctx, columns, view, palette) {
   const { width, span, tau, lanes } = view;
-  const from = Math.max(0, placeAt(columns.frame, Math.floor(span.first)));
-  const to = Math.min(columns.count, placeAt(columns.frame, Math.ceil(span.last)) + 2);
+  const from = Math.max(0, lastIndexAt(columns.frame, Math.floor(span.first)));
+  const to = Math.min(columns.count, lastIndexAt(columns.frame, Math.ceil(span.last)) + 2);
   let top = 0;
   for (const lane of lanes) {
     const height = Math.round(lane.height * palette.unit);
@@ -138,7 +138,7 @@ function paintGate(ctx, columns, from, to, area, tau, palette) {
   ctx.font = palette.smallFont;
   ctx.textBaseline = 'middle';
   for (let decade = domain.low; decade <= domain.high * 1.001; decade *= 10) {
-    ctx.fillRect(0, Math.round(area.y + area.height * (1 - logPlace(decade, domain))), area.width, 1);
+    ctx.fillRect(0, Math.round(area.y + area.height * (1 - logPosition(decade, domain))), area.width, 1);
   }
   const radius = Math.min(3 * unit, Math.max(1.2 * unit, scale * 0.4));
   for (let verdict = 0; verdict < 3; verdict += 1) {
@@ -150,7 +150,7 @@ function paintGate(ctx, columns, from, to, area, tau, palette) {
       const isFlipped = values[i] < tau !== (confident[i] === 1);
       if (verdict === 2 ? !isFlipped : confident[i] !== verdict) continue;
       const x = (frame[i] + 0.5 - area.span.first) * scale;
-      const y = area.y + area.height * (1 - logPlace(values[i], domain));
+      const y = area.y + area.height * (1 - logPosition(values[i], domain));
       // Skip points on the pixel of the last one, which would be painted over it.
       if (Math.floor(x) === lastX && Math.floor(y) === lastY) continue;
       lastX = Math.floor(x);

@@ -4,7 +4,7 @@
  * track.
  */
 
-import { flippedPlaces, nextPlace } from '../../model/drive_flips.js';
+import { flippedTracks, nextFlippedTrack } from '../../model/drive_flips.js';
 import { seek, select } from '../view_actions.js';
 import { h, setText } from '../dom.js';
 import { createLatestSender } from '../latest_sender.js';
@@ -18,7 +18,7 @@ export function createDriveFlips(app, signal) {
   const element = h('button.btn.btn-small.btn-quiet.lanes-drive-flips', { hidden: true });
   /** @type {Question|null} */ let currentQuestion = null;
   /** @type {Flips|null} */ let currentFlips = null;
-  /** @type {readonly import('../../model/drive_flips.js').Place[]} */ let places = [];
+  /** @type {readonly import('../../model/drive_flips.js').FlippedTrack[]} */ let places = [];
   /** @type {Record<string, unknown>|null} */ let docs = null;
 
   /** @param {Question} question */
@@ -48,7 +48,7 @@ export function createDriveFlips(app, signal) {
   function showFlips() {
     const { review } = app.store.get();
     if (currentFlips === null || review === null) return;
-    places = flippedPlaces(currentFlips, review.docs);
+    places = flippedTracks(currentFlips, review.docs);
     const flipCount = places.reduce((sum, { flips }) => sum + flips, 0);
     const allVerdicts = plural(currentFlips.verdicts, 'verdict');
     if (flipCount === 0) {
@@ -68,7 +68,7 @@ export function createDriveFlips(app, signal) {
     'click',
     () => {
       const { review } = app.store.get();
-      const place = review && nextPlace(places, review.selected, review.frame);
+      const place = review && nextFlippedTrack(places, review.selected, review.frame);
       if (!place) return;
       select(app, place.key);
       seek(app, place.frame);

@@ -1,7 +1,7 @@
 // @ts-check
 /** The confidence of each proposed box of a follow, on the time axis of the lanes. */
 
-import { takenSpan } from '../../model/following.js';
+import { acceptedSpan } from '../../model/following.js';
 import { toX } from '../../model/time_axis.js';
 import { h } from '../dom.js';
 import { prepareCanvas } from './palette.js';
@@ -28,7 +28,7 @@ export function createFollowingStrip() {
       const height = plot.clientHeight;
       const ctx = prepareCanvas(canvas, width, height, palette.ratio);
       if (!ctx) return;
-      const acceptedSpan = takenSpan(following);
+      const acceptedSpan = acceptedSpan(following);
       const barWidth = Math.max(1, width / (span.last - span.first));
       for (const [name, { confidence }] of Object.entries(following.proposals)) {
         const frame = Number(name);

@@ -5,13 +5,13 @@
  * Playhead and hover line are elements that only move; canvases are repainted only when their content changes.
  */
 import { detailColumns } from '../../model/detail_columns.js';
-import { barAt, barName, buildDensity, buildLaneIndex, judgedLaneIndex } from '../../model/lanes_lod.js';
-import { symmetryHint } from '../../model/plain_words.js';
+import { barAt, barName, buildDensity, buildLaneIndex, withVerdicts } from '../../model/lanes_lod.js';
+import { symmetryHint } from '../../model/describe_events.js';
 import { reveal, toFrame, toX } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
-import { framesOf, pick as pickTrack } from '../../store/actions/review.js';
+import { frameCount, pick as pickTrack } from '../../store/actions/review.js';
 import { editTrack, seek, setTau, showFrames } from '../view_actions.js';
 import { returnFocusToPicture, setAttribute, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
@@ -167,7 +167,7 @@ export function createLanes(app) {
     const review = state?.review ?? null;
     if (review === null || width === 0) return;
     const span = shownSpan(review);
-    const frames = framesOf(review);
+    const frames = frameCount(review);
     const { ratio } = palette;
     if (dirty.overview) {
       const height = parts.overviewPlot.clientHeight;
@@ -242,10 +242,10 @@ export function createLanes(app) {
     const entries = trackEntries(review.tracks, review.docs);
     const updated =
       previousReview && previousReview.tracks === review.tracks && previousReview.lanes === review.lanes
-        ? judgedLaneIndex(index, entries, previousReview.docs, review.docs)
+        ? withVerdicts(index, entries, previousReview.docs, review.docs)
         : null;
     index = updated ?? buildLaneIndex(entries, review.lanes, review.docs);
-    density = buildDensity(entries, framesOf(review));
+    density = buildDensity(entries, frameCount(review));
     parts.spacer.style.setProperty('height', `${index.rows * rowHeight()}px`);
     setText(parts.count, plural(index.count, 'track'));
     dirty.overview = dirty.tracks = true;
@@ -328,7 +328,7 @@ export function createLanes(app) {
       if (width === 0) measure();
       if (moved) {
         const span = shownSpan(review);
-        const shown = reveal(span, review.frame, framesOf(review));
+        const shown = reveal(span, review.frame, frameCount(review));
         if (shown !== span) showFrames(app, shown);
       }
       schedulePaint();

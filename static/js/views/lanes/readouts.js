@@ -1,11 +1,11 @@
 // @ts-check
 /** Readouts of the lanes at one frame: playhead, time, values beside each lane, votes, flipped verdicts. */
 
-import { placeAt } from '../../model/detail_columns.js';
+import { lastIndexAt } from '../../model/detail_columns.js';
 import { count, percent, plural } from '../../model/format.js';
 import { countFlips } from '../../model/gate_lane.js';
 import { engineName } from '../../model/labels.js';
-import { short } from '../../model/plain_words.js';
+import { shortNumber } from '../../model/describe_events.js';
 import { SUB_LANES } from '../../model/sub_lanes.js';
 import { timeLabel, toFrame, toX } from '../../model/time_axis.js';
 import { setAttribute, setText } from '../dom.js';
@@ -68,14 +68,14 @@ export function placeMarks(parts, { review, span, frames, width, gutter, hovered
  */
 export function showValues(parts, slider, { review, frame, columns, lane, labels, palette }) {
   parts.reset.hidden = review.tau === null;
-  setText(parts.whatIf.children[1], review.tau === null ? 'What if tau = …' : `What if tau = ${short(review.tau)}`);
+  setText(parts.whatIf.children[1], review.tau === null ? 'What if tau = …' : `What if tau = ${shortNumber(review.tau)}`);
   if (columns === null || lane === null) return;
-  const nearest = placeAt(columns.frame, frame);
+  const nearest = lastIndexAt(columns.frame, frame);
   const column = nearest >= 0 && columns.frame[nearest] === frame ? nearest : -1;
   SUB_LANES.forEach((sub, i) => {
-    let text = sub.series.map((name) => (column < 0 ? '–' : short(columns?.series[name][column]))).join(' / ');
+    let text = sub.series.map((name) => (column < 0 ? '–' : shortNumber(columns?.series[name][column]))).join(' / ');
     if (sub.kind === 'votes') text = '';
-    if (sub.id === 'svm' && column >= 0 && lane?.probability[column] !== null) text += ` (P ${short(lane?.probability[column])})`;
+    if (sub.id === 'svm' && column >= 0 && lane?.probability[column] !== null) text += ` (P ${shortNumber(lane?.probability[column])})`;
     setText(parts.values[i], text);
   });
   const votes = column >= 0 ? lane.votes[column] : null;

@@ -1,8 +1,8 @@
 // @ts-check
 /** The tau line over L_positive: a slider for the pointer and the keyboard. */
 
-import { logPlace, logValue } from '../../model/gate_lane.js';
-import { short } from '../../model/plain_words.js';
+import { logPosition, valueAtLogPosition } from '../../model/gate_lane.js';
+import { shortNumber } from '../../model/describe_events.js';
 import { h, setAttribute, setText } from '../dom.js';
 
 /**
@@ -57,7 +57,7 @@ export function createTauSlider(onChange, signal) {
     (event) => {
       if (!element.hasPointerCapture(event.pointerId) || element.parentElement === null) return;
       const y = event.clientY - element.parentElement.getBoundingClientRect().top;
-      onChange(logValue(1 - (y - top) / height, domain));
+      onChange(valueAtLogPosition(1 - (y - top) / height, domain));
     },
     { signal },
   );
@@ -96,13 +96,13 @@ export function createTauSlider(onChange, signal) {
      */
     update(view) {
       ({ tau, domain, top, height, dragged } = view);
-      element.style.setProperty('transform', `translateY(${Math.round(top + height * (1 - logPlace(tau, domain)))}px)`);
+      element.style.setProperty('transform', `translateY(${Math.round(top + height * (1 - logPosition(tau, domain)))}px)`);
       setAttribute(element, 'data-dragged', view.dragged);
       setAttribute(element, 'aria-valuenow', tau);
       setAttribute(element, 'aria-valuemin', domain.low);
       setAttribute(element, 'aria-valuemax', domain.high);
-      setAttribute(element, 'aria-valuetext', `tau ${short(tau)}, ${view.flips.total} of ${view.flips.verdicts} verdicts flip`);
-      setText(grip, `tau ${short(tau)}`);
+      setAttribute(element, 'aria-valuetext', `tau ${shortNumber(tau)}, ${view.flips.total} of ${view.flips.verdicts} verdicts flip`);
+      setText(grip, `tau ${shortNumber(tau)}`);
     },
   };
 }

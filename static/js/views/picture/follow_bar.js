@@ -1,7 +1,7 @@
 // @ts-check
 /** The state of a follow, with buttons that accept or drop its proposals. */
 
-import { followingWords, isUnderWay } from '../../model/following.js';
+import { describeFollowing, isInProgress } from '../../model/following.js';
 import { trackName } from '../../model/track_name.js';
 import { runOperation } from '../../operations/registry.js';
 import { h, setText } from '../dom.js';
@@ -53,8 +53,8 @@ export function createFollowBar(app) {
       const following = review?.following ?? null;
       element.hidden = following === null;
       if (!review || following === null) return;
-      element.classList.toggle('follow-under-way', isUnderWay(following));
-      const description = followingWords(following, trackName(following.key, review.docs[following.key]));
+      element.classList.toggle('follow-under-way', isInProgress(following));
+      const description = describeFollowing(following, trackName(following.key, review.docs[following.key]));
       setText(statusText, description);
       statusText.title = description;
       for (const { operation, button } of buttons) button.setAttribute('aria-disabled', String(Boolean(operation?.disabled(state))));

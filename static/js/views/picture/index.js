@@ -2,8 +2,8 @@
 /** The picture with its layers, and a line with the present frame and track. */
 
 import { NO_CLASS } from '../../model/documents.js';
-import { across, fit, sizeOf, toScreen } from '../../model/geometry.js';
-import { className } from '../../model/labels.js';
+import { scaleX, fit, sizeOf, toScreen } from '../../model/geometry.js';
+import { labelName } from '../../model/labels.js';
 import { trackName } from '../../model/track_name.js';
 import { modeOf } from '../../modes/index.js';
 import { shownTrack } from '../../review/shown_tracks.js';
@@ -86,7 +86,7 @@ export function createPicture(app) {
   let ratio = 1;
   /** @type {ReturnType<typeof readPenStyle>|null} */
   let penStyle = null;
-  /** @type {import('../../frames/cache.js').Shot|null} */
+  /** @type {import('../../frames/cache.js').Picture|null} */
   let shownPicture = null;
   /** The smoothing of the picture. @type {'low'|'high'} */
   let quality = 'high';
@@ -127,7 +127,7 @@ export function createPicture(app) {
     app.store.dispatch(setViewport, fit(sizeOf(review.video), size));
   }
 
-  app.frames.onShot((/** @type {import('../../frames/cache.js').Shot} */ next, /** @type {boolean} */ isPreview) => {
+  app.frames.setPainter((/** @type {import('../../frames/cache.js').Picture} */ next, /** @type {boolean} */ isPreview) => {
     shownPicture = next;
     quality = isPreview ? 'low' : 'high';
     paintShot(app.store.get().review);
@@ -196,7 +196,7 @@ export function createPicture(app) {
     truthBar.update(state);
     if (state.labels !== labels) {
       labels = state.labels;
-      names = new Map([...state.labels.map(({ id }) => id), NO_CLASS].map((id) => [id, className(state.labels, id)]));
+      names = new Map([...state.labels.map(({ id }) => id), NO_CLASS].map((id) => [id, labelName(state.labels, id)]));
       lastReview = null;
     }
     if (draft !== draftOf(state)) {
@@ -219,7 +219,7 @@ export function createPicture(app) {
     }
     if (before?.viewport !== review.viewport) {
       app.frames.setWidth(
-        Math.ceil((review.video.width ?? 1280) * Math.min(1, Math.max(review.viewport.zoom, across(review.viewport)) * ratio)),
+        Math.ceil((review.video.width ?? 1280) * Math.min(1, Math.max(review.viewport.zoom, scaleX(review.viewport)) * ratio)),
       );
       paintShot(review);
     }
@@ -234,7 +234,7 @@ export function createPicture(app) {
     destroy() {
       lifetime.abort();
       observer.disconnect();
-      app.frames.onShot(() => {});
+      app.frames.setPainter(() => {});
       element.remove();
     },
   };

@@ -1,7 +1,7 @@
 // @ts-check
 /** Keeps the selected track visible in a zoomed view of the picture. Independent of the DOM. */
 
-import { revealed } from '../../model/geometry.js';
+import { panToBox } from '../../model/geometry.js';
 import { areBoxesLoading, shownTrack } from '../../review/shown_tracks.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
@@ -50,7 +50,7 @@ export function createKeepInView() {
     missingFrame = shown ? null : frame;
     isSearching = false;
     if (!shown || review.drag) return viewport;
-    const view = revealed(viewport, screen, shown.box);
+    const view = panToBox(viewport, screen, shown.box);
     lastVisible = view === viewport || shouldScroll ? { frame, view } : null;
     return shouldScroll ? view : viewport;
   }

@@ -1,7 +1,7 @@
 // @ts-check
 /** The legend of the picture: switches for its layers. */
 
-import { runName } from '../../model/run_words.js';
+import { runName } from '../../model/describe_run.js';
 import { LAYER_NAMES, SHORT_NAMES, layerKey, switchLayer } from '../../operations/view.js';
 import { openDialog } from '../../store/actions/page.js';
 import { LAYERS } from '../../store/initial.js';

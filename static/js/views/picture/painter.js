@@ -125,7 +125,7 @@ export function paintLayers(ctx, review, view, screen, style, nameOf) {
     );
     if (shown.origin === 'corrected') pen.diamond(layer, box);
     if (review.marked.includes(shown.key)) pen.mark(box);
-    if (isSelected && modeOf(review).take === null) pen.handles(layer, box);
+    if (isSelected && modeOf(review).onTrackClick === null) pen.handles(layer, box);
   }
   pen.labels();
   return counts;

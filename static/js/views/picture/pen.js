@@ -7,8 +7,8 @@
  * @typedef {import('../../model/geometry.js').Viewport} Viewport
  * @typedef {import('../../model/geometry.js').Size} Size
  */
-import { across, clamp, handlesOf, toScreen } from '../../model/geometry.js';
-import { placeLabels } from '../../model/label_places.js';
+import { scaleX, clamp, handlesOf, toScreen } from '../../model/geometry.js';
+import { placeLabels } from '../../model/label_layout.js';
 
 /** Line, dash (CSS px) and width of each layer. */
 export const LAYER_STYLES = /** @type {Record<LayerName, {dash: number[], width: number}>} */ ({
@@ -60,7 +60,7 @@ export function readPenStyle(element) {
  * @param {PenStyle} style
  */
 export function createPen(ctx, view, screen, style) {
-  /** @type {(import('../../model/label_places.js').WantedLabel & {layer: LayerName, text: string, weight: number})[]} */
+  /** @type {(import('../../model/label_layout.js').WantedLabel & {layer: LayerName, text: string, weight: number})[]} */
   const labels = [];
   /** @param {Box} box @returns {Box} */
   const toScreenBox = (box) => {
@@ -238,7 +238,7 @@ export function createPen(ctx, view, screen, style) {
     /** @param {LayerName} layer @param {Box} box */
     handles(layer, box) {
       // on a small box the handles shrink and only the corners are left, so that the sign stays visible
-      const side = Math.min((box[2] - box[0]) * across(view), (box[3] - box[1]) * view.zoom);
+      const side = Math.min((box[2] - box[0]) * scaleX(view), (box[3] - box[1]) * view.zoom);
       const r = Math.min(3.5, Math.max(1.5, side / 12)) * style.unit;
       for (const [name, px, py] of handlesOf(box)) {
         if (name.length === 1 && side < 40 * style.unit) continue;

@@ -9,11 +9,23 @@
  * @typedef {import('../../model/geometry.js').Size} Size
  */
 import { truthAt } from '../../review/chosen_truth.js';
-import { across, area, bounded, contains, dragged, handleAt, ordered, settled, sizeOf, toPicture, zoomAt } from '../../model/geometry.js';
+import {
+  scaleX,
+  area,
+  clampView,
+  contains,
+  dragHandle,
+  handleAt,
+  orderCorners,
+  normalizeBox,
+  sizeOf,
+  toPicture,
+  zoomAt,
+} from '../../model/geometry.js';
 import { modeOf } from '../../modes/index.js';
-import { drawn, putBox } from '../../operations/place_box.js';
+import { handleDrawnBox, putBox } from '../../operations/place_box.js';
 import { shownTracks } from '../../review/shown_tracks.js';
-import { hover, select, selectTruth, setDrag, setPlaying, setViewport, take } from '../../store/actions/review.js';
+import { hover, select, selectTruth, setDrag, setPlaying, setViewport, applyTrackClick } from '../../store/actions/review.js';
 
 /** Maximum distance of the pointer to a handle, CSS px. */
 const HANDLE_RADIUS_PX = 7;
@@ -45,7 +57,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
     const review = getReview();
     if (!review || review.shown !== review.frame) return [];
     const marginY = 3 / review.viewport.zoom;
-    const marginX = 3 / across(review.viewport);
+    const marginX = 3 / scaleX(review.viewport);
     return shownTracks(review)
       .filter(({ box }) => contains([box[0] - marginX, box[1] - marginY, box[2] + marginX, box[3] + marginY], x, y))
       .sort((a, b) => area(a.box) - area(b.box));
@@ -62,7 +74,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
       if (event.shiftKey && !event.ctrlKey) {
         const { viewport } = review;
         const by = (event.deltaX || event.deltaY) * unit;
-        app.store.dispatch(setViewport, bounded({ ...viewport, x: viewport.x + by / across(viewport) }, picture()));
+        app.store.dispatch(setViewport, clampView({ ...viewport, x: viewport.x + by / scaleX(viewport) }, picture()));
         return;
       }
       const factor = Math.exp(-event.deltaY * unit * 0.0022);
@@ -106,8 +118,8 @@ export function listenToPointer(app, element, screen, menu, signal) {
         return;
       }
       const found = tracksAt(x, y);
-      if (modeOf(review).take) {
-        if (found.length) app.store.dispatch(take, found[0].key);
+      if (modeOf(review).onTrackClick) {
+        if (found.length) app.store.dispatch(applyTrackClick, found[0].key);
         return;
       }
       const selected = review.selected ? shownTracks(review).find(({ key }) => key === review.selected) : undefined;
@@ -146,15 +158,15 @@ export function listenToPointer(app, element, screen, menu, signal) {
       drag.moved = true;
       const { view } = drag;
       if (drag.kind === 'pan') {
-        const moved = bounded({ ...view, x: view.x - (sx - drag.x) / across(view), y: view.y - (sy - drag.y) / view.zoom }, picture());
+        const moved = clampView({ ...view, x: view.x - (sx - drag.x) / scaleX(view), y: view.y - (sy - drag.y) / view.zoom }, picture());
         app.store.dispatch(setViewport, moved);
         return;
       }
       const [x, y] = toPicture(review.viewport, screen(), sx, sy);
       const [x0, y0] = toPicture(view, screen(), drag.x, drag.y);
       const { kind, key, handle, box: startBox } = drag;
-      const box = kind === 'draw' ? ordered([startBox[0], startBox[1], x, y]) : dragged(startBox, handle, x - x0, y - y0);
-      app.store.dispatch(setDrag, { box: settled(box, picture()), key });
+      const box = kind === 'draw' ? orderCorners([startBox[0], startBox[1], x, y]) : dragHandle(startBox, handle, x - x0, y - y0);
+      app.store.dispatch(setDrag, { box: normalizeBox(box, picture()), key });
     },
     { signal },
   );
@@ -171,7 +183,7 @@ export function listenToPointer(app, element, screen, menu, signal) {
     if (review.drag) app.store.dispatch(setDrag, null);
     if (!apply || (finished.kind !== 'pan' && review.frame !== finished.frame)) return; // a box belongs to the frame in which its drag began
     if (finished.kind === 'draw') {
-      if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) drawn(app, box, finished.correct);
+      if (box && box[2] - box[0] >= 3 && box[3] - box[1] >= 3) handleDrawnBox(app, box, finished.correct);
     } else if (finished.kind === 'change') {
       if (finished.moved && box) putBox(app, finished.key, finished.frame, box);
       else if (!finished.moved && finished.tracksUnder.length > 1) {

@@ -1,7 +1,7 @@
 // @ts-check
 /** The end of the queue: the open tracks in the rest of the library, and a button to the next video. */
 
-import { leftElsewhere, reviewedWords } from '../../model/left_elsewhere.js';
+import { openVideos, reviewedMessage } from '../../model/open_videos.js';
 import { NEXT_VIDEO_KEY } from '../../operations/next_video.js';
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
@@ -22,8 +22,8 @@ export function createQueueEnd(next) {
       const isRunFinished = review?.tracks && review.run && !['queued', 'running'].includes(review.run.state);
       element.hidden = !isRunFinished || videos === null || counts.left > 0;
       if (!review || element.hidden) return;
-      const left = leftElsewhere(videos, review.video.id);
-      setText(text, reviewedWords(left, counts.total));
+      const left = openVideos(videos, review.video.id);
+      setText(text, reviewedMessage(left, counts.total));
       button.hidden = name.hidden = left.next === null;
       button.title = `Next video with open tracks (${NEXT_VIDEO_KEY})`;
       setText(name, left.next?.name ?? '');

@@ -3,7 +3,7 @@
 
 import { answerText, attributeChoices } from '../../model/attributes.js';
 import { NO_CLASS } from '../../model/documents.js';
-import { labelFor, resolved } from '../../model/labels.js';
+import { labelFor, resolveLabelId } from '../../model/labels.js';
 import { scoreRange } from '../../model/queue.js';
 import { changeFilter } from '../view_actions.js';
 import { fill, h, returnFocusToPicture, scrollFocusedIntoView, setAttribute } from '../dom.js';
@@ -142,10 +142,10 @@ export function createQueueFilters(app, signal) {
       /** Tracks by label. @type {Map<number, number>} */
       const counts = new Map();
       for (const entry of entries) {
-        const id = resolved(labels, entry.class_id ?? NO_CLASS);
+        const id = resolveLabelId(labels, entry.class_id ?? NO_CLASS);
         counts.set(id, (counts.get(id) ?? 0) + 1);
       }
-      const chosen = now.class_id === null ? null : resolved(labels, now.class_id);
+      const chosen = now.class_id === null ? null : resolveLabelId(labels, now.class_id);
       const offered = [...labels, { id: NO_CLASS, name: 'Without a label' }].filter(({ id }) => counts.has(id) || id === chosen);
       const options = offered.map(({ id, name }) => /** @type {const} */ ([String(id), `${name} (${count(counts.get(id) ?? 0)})`]));
       const key = JSON.stringify(options);

@@ -3,10 +3,10 @@
 
 import { deletedTracks } from '../../model/deleted.js';
 import { trackEntries } from '../../model/track_entries.js';
-import { stepTo } from '../../model/list_keys.js';
+import { nextIndex } from '../../model/list_keys.js';
 import { queueCounts, queueOf } from '../../model/queue.js';
 import { extendHint } from '../../model/extend_hints.js';
-import { framesOf } from '../../store/actions/review.js';
+import { frameCount } from '../../store/actions/review.js';
 import { openTrack } from '../../operations/navigate.js';
 import { handleInMode, showDialog } from '../view_actions.js';
 import { h, setAttribute, setText } from '../dom.js';
@@ -95,7 +95,7 @@ export function createQueue(app) {
     'keydown',
     (event) => {
       const at = order.findIndex((entry) => entry.key === state?.review?.selected);
-      const next = stepTo(event.key, at, order.length, { page: Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1) });
+      const next = nextIndex(event.key, at, order.length, { page: Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1) });
       // with Shift or Alt the arrows move or resize the box of the selected track
       if (next === null || event.shiftKey || event.altKey) return;
       event.preventDefault();
@@ -131,7 +131,7 @@ export function createQueue(app) {
       row.element.remove();
       rows.delete(key);
     }
-    const video = { width: review.video.width ?? 0, height: review.video.height ?? 0, frames: framesOf(review) };
+    const video = { width: review.video.width ?? 0, height: review.video.height ?? 0, frames: frameCount(review) };
     for (let i = first; i < last; i += 1) {
       const entry = order[i];
       let row = rows.get(entry.key);

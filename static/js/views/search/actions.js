@@ -6,7 +6,7 @@ import { openDialog, setRuns } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
-import { signature } from '../../core/preferences.js';
+import { authorName } from '../../core/preferences.js';
 import { toast } from '../../core/toast.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
@@ -32,7 +32,7 @@ export function createSearchActions(
   /** Actions that can be undone, newest last. @type {{operations: TracksDone['operations'], description: string}[]} */
   const undoStack = [];
   let busy = false;
-  const author = () => signature(store.get().session) || store.get().session?.author || null;
+  const author = () => authorName(store.get().session) || store.get().session?.author || null;
 
   /** @param {TrackAction} action @param {string} description   begins a sentence */
   async function applyAction(action, description) {

@@ -1,7 +1,7 @@
 // @ts-check
 /** The filters of the search: one row, and a second one for rarer filters. */
 
-import { hasFurther } from '../../model/search.js';
+import { hasSecondaryFilter } from '../../model/search.js';
 import { fill, h, setAttribute } from '../dom.js';
 import { icon } from '../icons.js';
 
@@ -246,7 +246,7 @@ export function createSearchFilters({ onChange, signal }) {
       const before = current;
       current = filters;
       refreshers.forEach((show) => show());
-      if (hasFurther(filters) && (before === null || !hasFurther(before))) open(true);
+      if (hasSecondaryFilter(filters) && (before === null || !hasSecondaryFilter(before))) open(true);
     },
     /** Offer completions for the fields. @param {readonly import('../../types.js').Label[]} labels @param {readonly import('../../types.js').Video[]} videos */
     offer(labels, videos) {

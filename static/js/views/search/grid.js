@@ -1,7 +1,7 @@
 // @ts-check
 /** The grid of crops. Only visible rows exist; keys and pointer select as in a file manager. */
 
-import { stepTo } from '../../model/list_keys.js';
+import { nextIndex } from '../../model/list_keys.js';
 import { idOf } from '../../model/search.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { icon } from '../icons.js';
@@ -92,7 +92,7 @@ export function createTrackGrid({ picture, onSelect, onMoveCursor, onOpen, onNea
     'keydown',
     (event) => {
       const name = event.key;
-      const next = event.altKey ? null : stepTo(name, cursor, tracks.length, { columns, page: Math.max(1, rows - 1) });
+      const next = event.altKey ? null : nextIndex(name, cursor, tracks.length, { columns, page: Math.max(1, rows - 1) });
       if (next !== null) {
         if (event.shiftKey) onSelect(next, 'range');
         else if (event.ctrlKey || event.metaKey) onMoveCursor(next);

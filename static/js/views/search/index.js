@@ -2,7 +2,7 @@
 /** The screen of the search: signs of all videos as crops, and actions on the selected ones. */
 
 import { ApiError, sentence } from '../../api/errors.js';
-import { formatSearch, idOf, meantWords, parseSearch, select, withChanged } from '../../model/search.js';
+import { formatSearch, idOf, describeMatchedLabels, parseSearch, selectTracks, withChanged } from '../../model/search.js';
 import { formatRoute } from '../../model/route.js';
 import { setVideos } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
@@ -68,7 +68,7 @@ export function createSearch(app) {
     signal,
     picture: (track) => api.searchCropUrl(track, CROP_SIZE_PX),
     onSelect: (index, mode) => {
-      selected = select(selected, tracks, anchor, index, mode);
+      selected = selectTracks(selected, tracks, anchor, index, mode);
       if (mode !== 'range') anchor = index;
       cursor = index;
       show();
@@ -239,7 +239,7 @@ export function createSearch(app) {
     const noteText = answer === null ? '' : notesOf(answer, parseSearch(query ?? ''));
     note.hidden = noteText === '';
     setText(note, noteText);
-    note.title = answer === null ? '' : meantWords(answer.labels, parseSearch(query ?? '').label);
+    note.title = answer === null ? '' : describeMatchedLabels(answer.labels, parseSearch(query ?? '').label);
     if (answer !== null && tracks.length === 0) {
       const hasFilters = query !== '';
       fill(
@@ -318,7 +318,7 @@ export function createSearch(app) {
  */
 function notesOf(answer, filters) {
   const parts = [];
-  const explanation = meantWords(answer.labels, filters.label, MAX_NAMED_LABELS);
+  const explanation = describeMatchedLabels(answer.labels, filters.label, MAX_NAMED_LABELS);
   if (explanation) parts.push(explanation);
   if (answer.unread > 0)
     parts.push(

@@ -2,7 +2,7 @@
 /** A drive of any length with any number of tracks, the same for the same seed. */
 
 /** @param {number} seed @returns {() => number} 0..1 */
-export function random(seed) {
+export function seededRandom(seed) {
   let a = seed >>> 0;
   return () => {
     a = (a + 0x6d2b79f5) >>> 0;
@@ -17,8 +17,8 @@ export function random(seed) {
  * @param {number} count
  * @returns {{tracks: any, lanes: any}}
  */
-export function drive(frames, count) {
-  const next = random(7);
+export function syntheticRun(frames, count) {
+  const next = seededRandom(7);
   /** @type {any} */
   const tracks = { tau: 15, complete: true };
   for (const name of [
@@ -90,8 +90,8 @@ export function drive(frames, count) {
  * @param {number} [last]
  * @returns {import('../../../static/js/types.js').TrackLane}
  */
-export function laneOf(tracks, i, last = tracks.last[i]) {
-  const next = random(i + 99);
+export function syntheticLane(tracks, i, last = tracks.last[i]) {
+  const next = seededRandom(i + 99);
   /** @type {any} */
   const lane = { id: tracks.id[i], classes: [tracks.class_id[i], tracks.runner_up[i], 20], events: [], tau: 15, symmetry_floor: 0.6 };
   for (const name of [

@@ -7,7 +7,7 @@ import { count, figure } from './format.js';
 /** @typedef {{frame: number, kind: string, text: string}} Sentence   `text` begins in lower case and does not name the frame */
 
 /** Typical factors for a sign that is tracked well. They decide only which factor is named as the reason. */
-const USUAL = { symmetry: 1.5, bits: 8, position: 3 };
+const TYPICAL_FACTORS = { symmetry: 1.5, bits: 8, position: 3 };
 
 /**
  * One sentence per event, in frame order: the engine's own if it has one, else a sentence for births, first verdicts
@@ -16,7 +16,7 @@ const USUAL = { symmetry: 1.5, bits: 8, position: 3 };
  * @param {TrackLane} lane
  * @returns {Sentence[]}
  */
-export function sentencesOf(lane) {
+export function eventSentences(lane) {
   /** @type {Sentence[]} */
   const found = [];
   const reported = new Set();
@@ -43,19 +43,19 @@ export function sentencesOf(lane) {
  * @param {number} i      index in the columns
  * @returns {string|null} null: the gate did not judge this frame
  */
-export function verdictAt(lane, i) {
+export function describeVerdict(lane, i) {
   const likelihood = lane.l_positive[i];
   if (lane.confident[i] === null || likelihood === null) return null;
-  const relation = lane.confident[i] ? '<' : above(likelihood, lane.tau);
+  const relation = lane.confident[i] ? '<' : relationSign(likelihood, lane.tau);
   const verdict = lane.confident[i] ? 'Prediction confident' : 'Prediction rejected';
   const factors = [lane.symmetry[i], lane.hash_distance[i], lane.position_distance[i]];
   const names = ['symmetry', 'appearance distance, bits', 'position'];
-  const known = factors.map((value, k) => (value === null ? null : `${short(value)} (${names[k]})`)).filter((text) => text !== null);
+  const known = factors.map((value, k) => (value === null ? null : `${shortNumber(value)} (${names[k]})`)).filter((text) => text !== null);
   // parameters may shift a factor before the multiplication: write a product only if it is exact
   const product = factors.reduce((/** @type {number} */ all, value) => all * (value ?? Number.NaN), 1);
-  const whole = Math.abs(product - likelihood) <= 0.01 * Math.abs(likelihood);
-  const sum = whole ? `${short(likelihood)} = ${known.join(' × ')}` : short(likelihood);
-  return `${verdict}: gate score ${sum}${whole ? ',' : ''} ${relation} tau ${short(lane.tau)}${whole || known.length === 0 ? '' : `, from ${known.join(', ')}`}.`;
+  const isExact = Math.abs(product - likelihood) <= 0.01 * Math.abs(likelihood);
+  const sum = isExact ? `${shortNumber(likelihood)} = ${known.join(' × ')}` : shortNumber(likelihood);
+  return `${verdict}: gate score ${sum}${isExact ? ',' : ''} ${relation} tau ${shortNumber(lane.tau)}${isExact || known.length === 0 ? '' : `, from ${known.join(', ')}`}.`;
 }
 
 /**
@@ -66,23 +66,23 @@ export function verdictAt(lane, i) {
  * @param {number} i      index in the columns
  * @returns {string|null} null: the gate did not judge this frame
  */
-export function symmetryAt(lane, i) {
+export function describeSymmetry(lane, i) {
   const measured = lane.symmetry_magnitude[i];
   const factor = lane.symmetry[i];
   if (measured === null || factor === null) return null;
   const counted = Math.max(measured, lane.symmetry_floor);
-  return `The crop’s mirror symmetry is ${short(measured)}${countsAs(measured, lane.symmetry_floor)}: the factor is 1 / ${short(counted)} = ${short(factor)}.`;
+  return `The crop’s mirror symmetry is ${shortNumber(measured)}${countsAs(measured, lane.symmetry_floor)}: the factor is 1 / ${shortNumber(counted)} = ${shortNumber(factor)}.`;
 }
 
 /** The suffix after the mirror symmetry of a crop if the floor counts instead. @param {number} measured @param {number} floor   the run's symmetry_floor */
-export const countsAs = (measured, floor) => (measured < floor ? `, which counts as ${short(floor)} (symmetry_floor)` : '');
+export const countsAs = (measured, floor) => (measured < floor ? `, which counts as ${shortNumber(floor)} (symmetry_floor)` : '');
 
 /** The hint of the lane of the first factor. @param {number} floor   the run's symmetry_floor */
 export const symmetryHint = (floor) =>
-  `First factor: 1 / mirror symmetry of the crop, at least ${short(floor)} (symmetry_floor); low is good`;
+  `First factor: 1 / mirror symmetry of the crop, at least ${shortNumber(floor)} (symmetry_floor); low is good`;
 
 /** The relation of a rejected L to tau; the engine's own sentences use the same. @param {number|null} likelihood @param {number} tau */
-const above = (likelihood, tau) => (likelihood === tau ? '=' : '>');
+const relationSign = (likelihood, tau) => (likelihood === tau ? '=' : '>');
 
 /**
  * The origin of the box in a frame.
@@ -91,14 +91,14 @@ const above = (likelihood, tau) => (likelihood === tau ? '=' : '>');
  * @param {number} i      index in the columns
  * @returns {string}
  */
-export function sourceAt(lane, i) {
+export function describeSource(lane, i) {
   const score = lane.score[i];
   const raw = lane.raw_score[i];
   if (lane.source[i] === 2)
-    return `Re-detected by the online detector: f = ${short(lane.decision[i])}, probability ${short(lane.probability[i])}.`;
+    return `Re-detected by the online detector: f = ${shortNumber(lane.decision[i])}, probability ${shortNumber(lane.probability[i])}.`;
   if (lane.source[i] === 1) return 'Predicted: no measurement replaced the prediction.';
   if (raw === null || score === null) return 'Detected.';
-  return `Score ${short(score)} = detector ${short(raw)} ${score < raw ? '-' : '+'} prior ${short(Math.abs(score - raw))}.`;
+  return `Score ${shortNumber(score)} = detector ${shortNumber(raw)} ${score < raw ? '-' : '+'} prior ${shortNumber(Math.abs(score - raw))}.`;
 }
 
 /**
@@ -106,10 +106,10 @@ export function sourceAt(lane, i) {
  * @param {number} i
  */
 function rejection(lane, i) {
-  const reason = `L = ${short(lane.l_positive[i])} ${above(lane.l_positive[i], lane.tau)} ${short(lane.tau)}, ${worst(lane, i)}`;
+  const reason = `L = ${shortNumber(lane.l_positive[i])} ${relationSign(lane.l_positive[i], lane.tau)} ${shortNumber(lane.tau)}, ${decidingFactor(lane, i)}`;
   const probability = lane.probability[i];
   if (lane.source[i] === 2) {
-    const sure = probability === null ? '' : ` (probability ${short(probability)})`;
+    const sure = probability === null ? '' : ` (probability ${shortNumber(probability)})`;
     return `prediction rejected, ${reason}; re-detected${sure}`;
   }
   const answer = lane.source[i] === 0 ? 'a detection replaced it' : 'nothing better was found near it';
@@ -122,14 +122,14 @@ function rejection(lane, i) {
  * @param {TrackLane} lane
  * @param {number} i
  */
-function worst(lane, i) {
+function decidingFactor(lane, i) {
   const symmetry = lane.symmetry[i] ?? 0;
   const bits = lane.hash_distance[i] ?? 0;
-  const place = lane.position_distance[i] ?? 0;
+  const position = lane.position_distance[i] ?? 0;
   const weights = [
-    { weight: symmetry / USUAL.symmetry, text: `symmetry ${short(lane.symmetry_magnitude[i])} is low` },
-    { weight: bits / USUAL.bits, text: `its appearance has changed in ${Math.round(bits)} of 64 bits` },
-    { weight: place / USUAL.position, text: `it is ${short(place)} from the last result` },
+    { weight: symmetry / TYPICAL_FACTORS.symmetry, text: `symmetry ${shortNumber(lane.symmetry_magnitude[i])} is low` },
+    { weight: bits / TYPICAL_FACTORS.bits, text: `its appearance has changed in ${Math.round(bits)} of 64 bits` },
+    { weight: position / TYPICAL_FACTORS.position, text: `it is ${shortNumber(position)} from the last result` },
   ];
   return weights.reduce((a, b) => (b.weight > a.weight ? b : a)).text;
 }
@@ -137,7 +137,7 @@ function worst(lane, i) {
 /** @param {TrackLane} lane */
 function birth(lane) {
   const score = lane.score[0];
-  return score === null ? 'the track begins' : `the track begins with a detection, score ${short(score)}`;
+  return score === null ? 'the track begins' : `the track begins with a detection, score ${shortNumber(score)}`;
 }
 
 /** @param {TrackLane} lane @param {number} i */
@@ -160,7 +160,7 @@ function shorten(text, track) {
 }
 
 /** @param {number|null|undefined} value @returns {string} three digits */
-export function short(value) {
+export function shortNumber(value) {
   if (value === null || value === undefined || !Number.isFinite(value)) return '–';
   const size = Math.abs(value);
   if (size >= 1e6) return 'very large';

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { blankDoc } from '../../../static/js/model/documents.js';
-import { whyNoBox } from '../../../static/js/model/no_box.js';
+import { whyNoBox } from '../../../static/js/model/missing_box.js';
 
 test('a track without a box in a frame is deleted, merged, or somewhere else', () => {
   assert.match(whyNoBox('m7', undefined), /no box in this frame\. K copies/);

@@ -9,13 +9,13 @@
 import { boxAt } from './effective.js';
 
 /** Maximum number of pictures to compare. */
-export const MOST = 3;
+export const MAX_DIFFERENCES = 3;
 /** Edges that differ by less count as equal, px. */
-const SAME = 0.05;
-/** Side of the shown part, as a multiple of the boxes' side. */
-const AROUND = 2.5;
-/** Minimum height of the part, px. */
-const LEAST = 60;
+const EQUAL_TOLERANCE_PX = 0.05;
+/** Side of the shown region, as a multiple of the boxes' side. */
+const REGION_SCALE = 2.5;
+/** Minimum height of the region, px. */
+const MIN_REGION_HEIGHT_PX = 60;
 const ASPECT = 4 / 3;
 
 /**
@@ -35,13 +35,13 @@ export function differences(saved, mine, engineBox, near) {
     .map((frame) => ({ frame, saved: at(saved, frame), mine: at(mine, frame) }))
     .filter((one) => !sameBox(one.saved, one.mine))
     .sort((a, b) => Math.abs(a.frame - near) - Math.abs(b.frame - near) || a.frame - b.frame)
-    .slice(0, MOST)
+    .slice(0, MAX_DIFFERENCES)
     .sort((a, b) => a.frame - b.frame);
 }
 
 /** @param {Box|null} a @param {Box|null} b */
 function sameBox(a, b) {
-  return a === b || (a !== null && b !== null && a.every((edge, at) => Math.abs(edge - b[at]) <= SAME));
+  return a === b || (a !== null && b !== null && a.every((edge, at) => Math.abs(edge - b[at]) <= EQUAL_TOLERANCE_PX));
 }
 
 /**
@@ -52,12 +52,16 @@ function sameBox(a, b) {
  * @param {number} height
  * @returns {{x: number, y: number, width: number, height: number}}
  */
-export function partAround(boxes, width, height) {
+export function regionAround(boxes, width, height) {
   const [left, top] = [0, 1].map((edge) => Math.min(...boxes.map((box) => box[edge])));
   const [right, bottom] = [2, 3].map((edge) => Math.max(...boxes.map((box) => box[edge])));
-  const tall = Math.min(height, width / ASPECT, Math.max(LEAST, AROUND * Math.max(bottom - top, (right - left) / ASPECT)));
+  const tall = Math.min(
+    height,
+    width / ASPECT,
+    Math.max(MIN_REGION_HEIGHT_PX, REGION_SCALE * Math.max(bottom - top, (right - left) / ASPECT)),
+  );
   const wide = tall * ASPECT;
-  /** @param {number} middle @param {number} side @param {number} whole */
-  const begin = (middle, side, whole) => Math.max(0, Math.min(middle - side / 2, whole - side));
-  return { x: begin((left + right) / 2, wide, width), y: begin((top + bottom) / 2, tall, height), width: wide, height: tall };
+  /** @param {number} middle @param {number} side @param {number} pictureSide */
+  const startOf = (middle, side, pictureSide) => Math.max(0, Math.min(middle - side / 2, pictureSide - side));
+  return { x: startOf((left + right) / 2, wide, width), y: startOf((top + bottom) / 2, tall, height), width: wide, height: tall };
 }

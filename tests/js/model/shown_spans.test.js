@@ -4,9 +4,9 @@ import { test } from 'node:test';
 
 import { OPEN_END, blankDoc } from '../../../static/js/model/documents.js';
 import { boxAt } from '../../../static/js/model/effective.js';
-import { personAt } from '../../../static/js/model/persons_words.js';
-import { commonRuns, framesIn, shownRuns } from '../../../static/js/model/shown_runs.js';
-import { random } from '../harness/synthetic.js';
+import { describeCorrectionAt } from '../../../static/js/model/describe_corrections.js';
+import { intersectSpans, countFrames, shownSpans } from '../../../static/js/model/shown_spans.js';
+import { seededRandom } from '../harness/synthetic_run.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 const BOX = /** @type {Box} */ ([0, 0, 9, 9]);
@@ -70,20 +70,20 @@ const CASES = [
 ];
 for (const [name, given, runs] of CASES) {
   test(`shown: ${name}`, () => {
-    assert.deepEqual(shownRuns(given), runs);
+    assert.deepEqual(shownSpans(given), runs);
     // the same as asking for each frame
     const frames = Array.from({ length: 40 }, (_, frame) => frame).filter((frame) => boxAt(given, frame, () => BOX) !== null);
     assert.deepEqual(
       runs.flatMap(([first, last]) => Array.from({ length: last - first + 1 }, (_, i) => first + i)),
       frames,
     );
-    assert.equal(framesIn(runs), frames.length);
-    assert.equal(framesIn(runs, 12, 15), frames.filter((frame) => frame >= 12 && frame <= 15).length);
+    assert.equal(countFrames(runs), frames.length);
+    assert.equal(countFrames(runs, 12, 15), frames.filter((frame) => frame >= 12 && frame <= 15).length);
   });
 }
 
 test('shown: whatever people have said, the same as asking for each frame', () => {
-  const next = random(11);
+  const next = seededRandom(11);
   for (let round = 0; round < 400; round += 1) {
     /** @type {Record<string, object>} */
     const keys = {};
@@ -100,30 +100,30 @@ test('shown: whatever people have said, the same as asking for each frame', () =
       keys,
     );
     const frames = Array.from({ length: 40 }, (_, frame) => frame).filter((frame) => boxAt(given, frame, () => BOX) !== null);
-    const runs = shownRuns(given);
+    const runs = shownSpans(given);
     assert.deepEqual(
       runs.flatMap(([first, last]) => Array.from({ length: last - first + 1 }, (_, i) => first + i)),
       frames,
       JSON.stringify(given),
     );
-    assert.equal(shownRuns(given), runs, 'the same list for the same document');
+    assert.equal(shownSpans(given), runs, 'the same list for the same document');
   }
 });
 
 test('a track that may still grow is shown as far as it has come', () => {
   const growing = doc([[10, OPEN_END]], { 30: { outside: true } });
   assert.deepEqual(
-    shownRuns(growing, () => 24),
+    shownSpans(growing, () => 24),
     [[10, 24]],
   );
   assert.deepEqual(
-    shownRuns(growing, () => 99),
+    shownSpans(growing, () => 99),
     [[10, 29]],
   );
-  assert.deepEqual(shownRuns({ ...growing, gone: true }), []);
+  assert.deepEqual(shownSpans({ ...growing, gone: true }), []);
 });
 
-test('what people said of a frame is reported', () => {
+test('corrections in a frame are described', () => {
   const given = doc([[0, 60]], {
     10: { box: BOX, interpolate: true },
     20: { box: BOX, occluded: true },
@@ -142,13 +142,13 @@ test('what people said of a frame is reported', () => {
     [45, 'A person marked it as partly hidden.'],
     [55, null],
   ]))
-    assert.equal(personAt(given, frame), text, `frame ${frame}`);
+    assert.equal(describeCorrectionAt(given, frame), text, `frame ${frame}`);
 });
 
 test('frames in which two tracks show something', () => {
   assert.equal(
-    framesIn(
-      commonRuns(
+    countFrames(
+      intersectSpans(
         [
           [0, 9],
           [20, 29],
@@ -158,6 +158,6 @@ test('frames in which two tracks show something', () => {
     ),
     10,
   );
-  assert.deepEqual(commonRuns([[0, 9]], [[10, 19]]), []);
-  assert.deepEqual(commonRuns([], [[0, 5]]), []);
+  assert.deepEqual(intersectSpans([[0, 9]], [[10, 19]]), []);
+  assert.deepEqual(intersectSpans([], [[0, 5]]), []);
 });

@@ -1,13 +1,13 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { stretchesOf } from '../../../static/js/model/event_stretches.js';
+import { groupEvents } from '../../../static/js/model/event_groups.js';
 
 /** @param {number} frame @param {string} kind */
 const at = (frame, kind) => ({ frame, kind, text: `${kind} ${frame}` });
 
 test('events that repeat in neighbouring frames are one line, also beside other events', () => {
-  const found = stretchesOf([
+  const found = groupEvents([
     at(3, 'born'),
     at(10, 'relocalised'),
     at(11, 'relocalised'),
@@ -28,7 +28,7 @@ test('events that repeat in neighbouring frames are one line, also beside other 
 });
 
 test('two stay apart, a gap of a frame ends a stretch, and what happens once is never joined', () => {
-  const found = stretchesOf([
+  const found = groupEvents([
     at(1, 'rejected'),
     at(2, 'rejected'),
     at(4, 'rejected'),
@@ -47,12 +47,12 @@ test('two stay apart, a gap of a frame ends a stretch, and what happens once is 
       ['relabelled', 7, 7],
     ],
   );
-  assert.deepEqual(stretchesOf([]), []);
+  assert.deepEqual(groupEvents([]), []);
 });
 
 test('nothing is lost and the order is that of the first frames', () => {
   const given = Array.from({ length: 40 }, (_, i) => at(Math.floor(i / 2), ['rejected', 'unlearned', 'relocalised'][(i * 7) % 3]));
-  const found = stretchesOf(given);
+  const found = groupEvents(given);
   assert.equal(
     found.reduce((all, one) => all + one.sentences.length, 0),
     given.length,

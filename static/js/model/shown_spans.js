@@ -6,10 +6,10 @@
  * @typedef {import('./join.js').Span} Span   first and last frame, both included
  */
 import { OPEN_END, keyFramesOf } from './documents.js';
-import { spans, without } from './join.js';
+import { documentSpans, subtractSpans } from './join.js';
 
 /** Documents are replaced and never modified, so an edit recomputes only the new ones. @type {WeakMap<TrackDoc, Span[]>} */
-const known = new WeakMap();
+const cache = new WeakMap();
 
 /**
  * Ranges of frames that are not marked as outside. In them the engine's track may lack single frames.
@@ -18,31 +18,31 @@ const known = new WeakMap();
  * @param {(track: number) => number|null} [lastOf]   last frame so far, of an engine track that may still grow
  * @returns {readonly Span[]} disjoint, in order
  */
-export function shownRuns(doc, lastOf) {
+export function shownSpans(doc, lastOf) {
   if (doc.gone) return [];
   if (doc.segments.some(({ last }) => last >= OPEN_END)) {
     const segments = doc.segments.map((piece) =>
       piece.last < OPEN_END ? piece : { ...piece, last: Math.max(piece.first, lastOf?.(piece.track) ?? piece.first) },
     );
-    return without(spans({ ...doc, segments }), outOfSight(doc));
+    return subtractSpans(documentSpans({ ...doc, segments }), outsideSpans(doc));
   }
-  const found = known.get(doc) ?? without(spans(doc), outOfSight(doc));
-  known.set(doc, found);
+  const found = cache.get(doc) ?? subtractSpans(documentSpans(doc), outsideSpans(doc));
+  cache.set(doc, found);
   return found;
 }
 
 /** Ranges that a person marked as outside. @param {TrackDoc} doc @returns {Span[]} */
-function outOfSight(doc) {
+function outsideSpans(doc) {
   const frames = keyFramesOf(doc);
   return frames.flatMap((frame, i) => (doc.keys[frame].outside ? [/** @type {Span} */ ([frame, (frames[i + 1] ?? OPEN_END) - 1])] : []));
 }
 
-/** Number of frames of ranges between two frames, both included. @param {readonly Span[]} runs @param {number} [first] @param {number} [last] */
-export const framesIn = (runs, first = 0, last = OPEN_END) =>
-  runs.reduce((sum, [a, b]) => sum + Math.max(0, Math.min(b, last) - Math.max(a, first) + 1), 0);
+/** Number of frames of ranges between two frames, both included. @param {readonly Span[]} spans @param {number} [first] @param {number} [last] */
+export const countFrames = (spans, first = 0, last = OPEN_END) =>
+  spans.reduce((sum, [a, b]) => sum + Math.max(0, Math.min(b, last) - Math.max(a, first) + 1), 0);
 
-/** The intersection of two lists of ranges. @param {readonly Span[]} runs @param {readonly Span[]} others @returns {Span[]} in the order of `others` */
-export const commonRuns = (runs, others) =>
+/** The intersection of two lists of ranges. @param {readonly Span[]} spans @param {readonly Span[]} others @returns {Span[]} in the order of `others` */
+export const intersectSpans = (spans, others) =>
   others.flatMap(([first, last]) =>
-    runs.filter(([a, b]) => a <= last && first <= b).map(([a, b]) => /** @type {Span} */ ([Math.max(a, first), Math.min(b, last)])),
+    spans.filter(([a, b]) => a <= last && first <= b).map(([a, b]) => /** @type {Span} */ ([Math.max(a, first), Math.min(b, last)])),
   );

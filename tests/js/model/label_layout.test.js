@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { placeLabels } from '../../../static/js/model/label_places.js';
+import { placeLabels } from '../../../static/js/model/label_layout.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 
@@ -12,7 +12,7 @@ const label = (box, where = 'above') => ({ box, wide: 120, high: 16, where });
 /** @param {{x: number, y: number}|null} at @returns {Box} */
 const areaOf = (at) => (at ? [at.x, at.y, at.x + 120, at.y + 16] : [0, 0, 0, 0]);
 /** @param {Box} a @param {Box} b */
-const meet = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
+const overlap = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
 
 test('a sign alone has its label above it, at the upper edge below it', () => {
   assert.deepEqual(placeLabels([label([300, 200, 330, 230])], SCREEN), [{ x: 299, y: 182 }]);
@@ -29,14 +29,14 @@ test('signs on one post: no label lies on a sign or on another label', () => {
   ];
   const wanted = [...post.map((box) => label(box)), ...post.map((box) => label(box, 'below'))];
   const places = placeLabels(wanted, SCREEN).map(areaOf);
-  for (const place of places) for (const box of post) assert.ok(!meet(place, box), `${place} lies on ${box}`);
-  places.forEach((a, i) => places.slice(i + 1).forEach((b) => assert.ok(!meet(a, b), `${a} lies on ${b}`)));
+  for (const place of places) for (const box of post) assert.ok(!overlap(place, box), `${place} lies on ${box}`);
+  places.forEach((a, i) => places.slice(i + 1).forEach((b) => assert.ok(!overlap(a, b), `${a} lies on ${b}`)));
 });
 
 test('a small sign behind a long label is not covered', () => {
   const small = /** @type {Box} */ ([380, 182, 396, 198]);
   const [first] = placeLabels([label([300, 200, 320, 220]), label(small)], SCREEN);
-  assert.ok(!meet(areaOf(first), small));
+  assert.ok(!overlap(areaOf(first), small));
 });
 
 test('at the right edge labels go to the left side', () => {
@@ -45,7 +45,7 @@ test('at the right edge labels go to the left side', () => {
   assert.deepEqual(second, { x: 638, y: 238 });
 });
 
-test('what is out of sight has no label', () => {
+test('boxes outside the screen have no label', () => {
   assert.deepEqual(placeLabels([label([820, 100, 850, 130]), label([100, -40, 130, -5])], SCREEN), [null, null]);
 });
 
@@ -66,7 +66,7 @@ test('if every side is taken, a label is placed some lines away and marked', () 
     SCREEN,
   );
   const areas = places.map(areaOf);
-  areas.forEach((a, i) => areas.slice(i + 1).forEach((b) => assert.ok(!meet(a, b), `${a} lies on ${b}`)));
+  areas.forEach((a, i) => areas.slice(i + 1).forEach((b) => assert.ok(!overlap(a, b), `${a} lies on ${b}`)));
   assert.equal(places[0]?.apart, undefined);
   assert.ok(
     places.some((at) => at?.apart),
@@ -86,6 +86,6 @@ test('from near, a label does not stand in the box of another sign', () => {
       [...boxes, ...layers].map((box) => label(box)),
       SCREEN,
     );
-    assert.ok(!meet(areaOf(upper), boxes[1]), `${areaOf(upper)} lies in ${boxes[1]}`);
+    assert.ok(!overlap(areaOf(upper), boxes[1]), `${areaOf(upper)} lies in ${boxes[1]}`);
   }
 });

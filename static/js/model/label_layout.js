@@ -17,17 +17,17 @@
 import { iou } from './geometry.js';
 
 /** Distance between a box and its label. */
-const GAP = 2;
+const GAP_PX = 2;
 /** Share of a box or a label that may be covered: boxes of one sign in several layers differ by a pixel or two. */
-const BEARABLE = 0.15;
+const MAX_COVERED_SHARE = 0.15;
 /** Boxes with this overlap belong to one sign, in several layers. */
-const ONE_SIGN = 0.3;
+const SAME_SIGN_IOU = 0.3;
 /** Cost factor of covering a guarded box. */
-const GUARD = 100;
+const GUARDED_WEIGHT = 100;
 /** Cost factor of covering a label: a covered label cannot be read, but a covered sign is still visible. */
 const LABEL_WEIGHT = 5;
 /** Maximum distance of a label from its box, lines. */
-const FARTHEST = 4;
+const MAX_DISTANCE_LINES = 4;
 
 /**
  * Places for labels, in their order: the preferred place, else another side of the box, else some lines away from it,
@@ -45,18 +45,19 @@ export function placeLabels(wanted, screen) {
     if (box[2] <= 0 || box[3] <= 0 || box[0] >= screen.width || box[1] >= screen.height) return null;
     /** @type {{x: number, y: number, apart?: true}} */
     let best = { x: 0, y: 0 };
-    let least = Number.POSITIVE_INFINITY;
-    const near = sides(label, screen);
-    [...near, ...further(label, screen)].some(([x, y], i) => {
-      const place = /** @type {Box} */ ([x, y, x + wide, y + high]);
+    let minCovered = Number.POSITIVE_INFINITY;
+    const near = adjacentPositions(label, screen);
+    [...near, ...fartherPositions(label, screen)].some(([x, y], i) => {
+      const candidate = /** @type {Box} */ ([x, y, x + wide, y + high]);
       let covered = 0;
-      for (const other of wanted) covered += (other.guarded ? GUARD : 1) * shareOf(other.box, place) + strayed(label, place, other);
-      for (const other of placed) covered += LABEL_WEIGHT * shareOf(other, place);
-      if (covered < least) {
+      for (const other of wanted)
+        covered += (other.guarded ? GUARDED_WEIGHT : 1) * shareOf(other.box, candidate) + shareInsideOther(label, candidate, other);
+      for (const other of placed) covered += LABEL_WEIGHT * shareOf(other, candidate);
+      if (covered < minCovered) {
         best = i < near.length ? { x, y } : { x, y, apart: true };
-        least = covered;
+        minCovered = covered;
       }
-      return covered <= BEARABLE;
+      return covered <= MAX_COVERED_SHARE;
     });
     placed.push([best.x, best.y, best.x + wide, best.y + high]);
     return best;
@@ -64,38 +65,38 @@ export function placeLabels(wanted, screen) {
 }
 
 /** @param {WantedLabel} label @param {Size} screen @returns {[number, number][]} best first, all on the screen */
-function sides({ box: [x1, y1, x2, y2], wide, high, where }, screen) {
-  const kept = within({ wide, high }, screen);
-  const above = y1 - high - GAP;
-  const below = y2 + GAP;
+function adjacentPositions({ box: [x1, y1, x2, y2], wide, high, where }, screen) {
+  const clamped = clampToScreen({ wide, high }, screen);
+  const above = y1 - high - GAP_PX;
+  const below = y2 + GAP_PX;
   const first = where === 'above' ? (above < 0 ? below : above) : below + high > screen.height ? above : below;
   const second = first === above ? below : above;
   return [
-    kept(x1 - 1, first),
-    kept(x2 + GAP, y1),
-    kept(x1 - wide - GAP, y1),
-    kept(x1 - 1, second),
-    kept(x2 - wide + 1, first),
-    kept(x2 - wide + 1, second),
+    clamped(x1 - 1, first),
+    clamped(x2 + GAP_PX, y1),
+    clamped(x1 - wide - GAP_PX, y1),
+    clamped(x1 - 1, second),
+    clamped(x2 - wide + 1, first),
+    clamped(x2 - wide + 1, second),
   ];
 }
 
 /** Places in the lines above and below, nearest first. @param {WantedLabel} label @param {Size} screen @returns {[number, number][]} */
-function further({ box: [x1, y1, x2, y2], wide, high }, screen) {
-  const kept = within({ wide, high }, screen);
-  const line = high + GAP;
-  return Array.from({ length: FARTHEST }, (_, i) => (i + 1) * line).flatMap((away) => [
-    kept(x1 - 1, y1 - line - away),
-    kept(x1 - 1, y2 + GAP + away),
-    kept(x2 + GAP, y1 - away),
-    kept(x2 + GAP, y1 + away),
-    kept(x1 - wide - GAP, y1 - away),
-    kept(x1 - wide - GAP, y1 + away),
+function fartherPositions({ box: [x1, y1, x2, y2], wide, high }, screen) {
+  const clamped = clampToScreen({ wide, high }, screen);
+  const line = high + GAP_PX;
+  return Array.from({ length: MAX_DISTANCE_LINES }, (_, i) => (i + 1) * line).flatMap((distance) => [
+    clamped(x1 - 1, y1 - line - distance),
+    clamped(x1 - 1, y2 + GAP_PX + distance),
+    clamped(x2 + GAP_PX, y1 - distance),
+    clamped(x2 + GAP_PX, y1 + distance),
+    clamped(x1 - wide - GAP_PX, y1 - distance),
+    clamped(x1 - wide - GAP_PX, y1 + distance),
   ]);
 }
 
 /** Moves a corner so that the whole label is on the screen. @param {{wide: number, high: number}} label @param {Size} screen @returns {(x: number, y: number) => [number, number]} */
-function within({ wide, high }, screen) {
+function clampToScreen({ wide, high }, screen) {
   return (x, y) => [
     Math.min(Math.max(0, x), Math.max(0, screen.width - wide)),
     Math.min(Math.max(0, y), Math.max(0, screen.height - high)),
@@ -103,14 +104,14 @@ function within({ wide, high }, screen) {
 }
 
 /**
- * The share of a label that is inside the box of another sign, 0..1. A small label covers little of a large box, but
+ * The share of a label inside the box of another sign, 0..1. A small label covers little of a large box, but
  * there it looks like the label of that box.
  *
- * @param {WantedLabel} label @param {Box} place tentative place of the label @param {WantedLabel} other
+ * @param {WantedLabel} label @param {Box} candidate tentative place of the label @param {WantedLabel} other
  */
-function strayed(label, place, other) {
-  const share = shareOf(place, other.box);
-  return share > 0 && iou(label.box, other.box) < ONE_SIGN ? share : 0;
+function shareInsideOther(label, candidate, other) {
+  const share = shareOf(candidate, other.box);
+  return share > 0 && iou(label.box, other.box) < SAME_SIGN_IOU ? share : 0;
 }
 
 /** How much of a box is covered by another, 0..1. @param {Box} a @param {Box} by */

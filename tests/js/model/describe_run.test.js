@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { replayWarning, runInexact, runProgress, runTitle } from '../../../static/js/model/run_words.js';
+import { replayWarning, runInexact, runProgress, runTitle } from '../../../static/js/model/describe_run.js';
 
 /** @param {Record<string, any>} summary @returns {import('../../../static/js/types.js').Run} */
 const replay = (summary) =>

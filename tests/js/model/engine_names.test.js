@@ -6,19 +6,19 @@ import { test } from 'node:test';
 import { applyCommand } from '../../../static/js/model/commands.js';
 import { blankDoc } from '../../../static/js/model/documents.js';
 import { engineName } from '../../../static/js/model/labels.js';
-import { whoseLabel } from '../../../static/js/model/persons_words.js';
+import { describeLabels } from '../../../static/js/model/describe_corrections.js';
 import { NO_FILTER, queueOf } from '../../../static/js/model/queue.js';
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { documentLane } from '../../../static/js/model/track_lane.js';
 import { shownTracks } from '../../../static/js/review/shown_tracks.js';
 import { describeCell } from '../../../static/js/views/compare_confusion.js';
-import { drive, laneOf } from '../harness/synthetic.js';
+import { syntheticRun, syntheticLane } from '../harness/synthetic_run.js';
 import { label } from '../labels.js';
 
 const labels = [label({ id: 3, name: 'stop' })];
 const person = { author: 'a', time: '' };
 
-test('the engine’s own word stands where the set has no label, and only there', () => {
+test('the engine’s name is shown only if the set has no such label', () => {
   assert.equal(engineName(labels, -1, 'bus stop'), 'bus stop (not in the set)');
   assert.equal(engineName(labels, -1, null), 'not in the set');
   assert.equal(engineName(labels, 3, null), 'stop');
@@ -26,7 +26,7 @@ test('the engine’s own word stands where the set has no label, and only there'
 });
 
 test('in queue and picture, until a person gives a label', () => {
-  const { tracks } = drive(200, 2);
+  const { tracks } = syntheticRun(200, 2);
   const own = { ...tracks, class_id: [-1, 3], word: ['Bus stop', null] };
   const [first, second] = own.id;
   const key = `m${first}`;
@@ -64,17 +64,17 @@ test('in queue and picture, until a person gives a label', () => {
   ({ docs } = applyCommand(docs, { name: 'relabel_track', key, frame: 0, class_id: -1 }, person));
   assert.deepEqual([words(), shownTracks(review()).find((one) => one.key === key)?.word], [[null, null], null]);
   assert.equal(
-    whoseLabel(docs[key], -1, () => 'not in the set', 'Bus stop'),
+    describeLabels(docs[key], -1, () => 'not in the set', 'Bus stop'),
     'Label set by a person; the engine reads Bus stop.',
   );
 });
 
 test('two of the engine’s words are two lines of a joined lane', () => {
-  const { tracks } = drive(1000, 1);
-  const made = laneOf({ ...tracks, id: [7], first: [10], last: [11] }, 0);
+  const { tracks } = syntheticRun(1000, 1);
+  const base = syntheticLane({ ...tracks, id: [7], first: [10], last: [11] }, 0);
   /** @type {import('../../../static/js/types.js').TrackLane} */
   const lane = {
-    ...made,
+    ...base,
     classes: [-1, -1, 3],
     words: ['bus stop', 'tram stop', null],
     probabilities: [

@@ -1,5 +1,5 @@
 // @ts-check
-/** Runs in words. Pure functions. */
+/** Names, states and progress of runs as text. Pure functions. */
 
 import { runPercent } from './run_progress.js';
 import { count, figure, moment, plural, timeLeft } from './format.js';
