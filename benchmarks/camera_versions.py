@@ -21,7 +21,7 @@ from tsr_engine.training.progress import Progress
 
 __all__ = ["VERSIONS", "by_version", "version"]
 
-LEAST: Final = 16.0
+MIN_WIDTH_PX: Final = 16.0
 """Least longer side of a counted sign, px."""
 
 _NARROW: Final = 0.72
@@ -73,7 +73,7 @@ def by_version(detector: AcfDetector, scenes: Sequence[Scene], seed: int, tick: 
         for name, row in out.items():
             picture, truth = version(name, taken, scene, seed)
             ignored = scene.ignored * (picture.shape[1] / taken.shape[1], 1, picture.shape[1] / taken.shape[1], 1)
-            counted = (truth[:, 2:] - truth[:, :2]).max(axis=1, initial=0.0) >= LEAST
+            counted = (truth[:, 2:] - truth[:, :2]).max(axis=1, initial=0.0) >= MIN_WIDTH_PX
             candidates, _ = detector.candidates(picture)
             seen = detector.detect(picture)
             boxes, scores = seen.boxes[seen.raw_scores > 0], seen.raw_scores[seen.raw_scores > 0]

@@ -32,11 +32,11 @@ from app.storage.models import (
 from app.videos.view import video_listing
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["MOST_MS", "QUESTIONS", "TRACKS_OF_DRIVE", "fill", "measured", "pages", "size_mb"]
+__all__ = ["MAX_MS", "QUESTIONS", "TRACKS_OF_DRIVE", "fill", "measured", "pages", "size_mb"]
 
 _Answer = TypeVar("_Answer")
 
-MOST_MS = 300.0
+MAX_MS = 300.0
 """Time limit of one answer, ms."""
 TRACKS_OF_DRIVE = 100
 _TIMES = 7

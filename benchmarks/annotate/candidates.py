@@ -15,9 +15,9 @@ from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["blobs", "candidates_of", "liberal_detector"]
 
-SEEN: Final = 0.5
+SAME_PLACE_IOU: Final = 0.5
 """IoU above which two boxes show the same place."""
-LEAST, MOST = 12, 230
+MIN_SIDE_PX, MAX_SIDE_PX = 12, 230
 """Sides of a blob, px."""
 SMOOTH: Final = 0.85
 """Least area of a blob as a share of its convex hull's."""
@@ -51,7 +51,7 @@ def blobs(picture: Picture) -> FloatArray:
         outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for outline in outlines:
             x, y, w, h = cv2.boundingRect(outline)
-            sized = min(w, h) >= LEAST and max(w, h) <= MOST and ROWS[0] <= y + h / 2 <= ROWS[1]
+            sized = min(w, h) >= MIN_SIDE_PX and max(w, h) <= MAX_SIDE_PX and ROWS[0] <= y + h / 2 <= ROWS[1]
             if not (sized and narrow <= w / h <= wide):
                 continue
             area = cv2.contourArea(outline)
@@ -65,7 +65,7 @@ def candidates_of(picture: Picture, known: FloatArray, detector: AcfDetector) ->
     seen = [*known]
     kept = []
     for box in (*detector.detect(picture).boxes, *blobs(picture)):
-        if not seen or iou(box, np.array(seen)).max() < SEEN:
+        if not seen or iou(box, np.array(seen)).max() < SAME_PLACE_IOU:
             kept.append(box)
             seen.append(box)
     return np.array(kept, dtype=np.float64).reshape(-1, 4)

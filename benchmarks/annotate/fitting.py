@@ -11,7 +11,7 @@ from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["fit_box"]
 
-REACH: Final = 0.10
+MAX_MOVE_SHARE: Final = 0.10
 """Largest move of a side, as a share of the box's width or height; at least two px."""
 TRUST: Final = 0.05
 """Standard deviation of a rough side's error, share of the width or height; more distant edges must be stronger."""
@@ -42,7 +42,7 @@ def fit_box(picture: Picture, box: FloatArray, *, round_sign: bool) -> FloatArra
         centre, half = (box[across] + box[across + 2]) / 2, middle * (box[across + 2] - box[across]) / 2
         along = np.arange(max(centre - half, 0), min(centre + half, (height, width)[axis] - 1), 0.5)
         for side in (axis, axis + 2):
-            reach = max(REACH * length, 2.0)
+            reach = max(MAX_MOVE_SHARE * length, 2.0)
             places = box[side] + np.arange(-reach, reach + 1e-6, 1 / STEPS)
             inside = (places >= 1) & (places <= (width, height)[axis] - 1)
             places = places[inside]

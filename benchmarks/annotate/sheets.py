@@ -20,7 +20,7 @@ ROWS: Final = (190, 640)
 TICK: Final = 100
 BRIGHT: Final = 100.0
 """Median brightness to which darker scenes are raised."""
-LEAST_RANGE: Final = 40.0
+MIN_RANGE: Final = 40.0
 """Least assumed range of a cut-out's grey values when its contrast is stretched."""
 _FRAME: Final = (255, 0, 255)
 
@@ -42,7 +42,7 @@ def cut(picture: Picture, box: FloatArray, side: int, margin: float) -> Picture:
     view = cut_square(picture, box, margin, side)
     inner = view[side // 5 : -(side // 5), side // 5 : -(side // 5)]
     low, high = np.percentile(inner, (1, 99))
-    stretched = (view.astype(np.float32) - low) * (255 / max(high - low, LEAST_RANGE))
+    stretched = (view.astype(np.float32) - low) * (255 / max(high - low, MIN_RANGE))
     return np.asarray(np.clip(stretched, 0, 255), dtype=np.uint8)
 
 

@@ -17,13 +17,13 @@ __all__ = ["SIDE", "Crop", "HardPlaces", "background", "cut", "on_sign", "target
 SIDE: Final = 256
 """Side of a crop, px."""
 _SCALES = (0.65, 1.55)
-_SMALLEST = 12.0
+_MIN_SIGN_PX = 12.0
 """Least width of a sign in the crop, px; narrower signs are ignored in training."""
 _VISIBLE = 0.7
 """Least share of a sign in the crop; other signs are ignored in training."""
-_LEAST_SPREAD = 0.6
+_MIN_SPREAD = 0.6
 _SPREAD = 0.14
-"""Standard deviation of a sign's target peak, as a share of its side; at least ``_LEAST_SPREAD`` cells."""
+"""Standard deviation of a sign's target peak, as a share of its side; at least ``_MIN_SPREAD`` cells."""
 _REGRESSED = 0.2
 """Height of the target peak from which cells predict the edges."""
 
@@ -102,7 +102,7 @@ def cut(rng: np.random.Generator, scene: Picture, boxes: FloatArray, scale: floa
     moved = np.concatenate([moved.min(axis=1), moved.max(axis=1)], axis=1)
     inside = np.clip(moved, 0, SIDE)
     share = _areas(inside) / np.maximum(1e-9, _areas(moved))
-    asked = (share >= _VISIBLE) & ((moved[:, 2:] - moved[:, :2]).min(axis=1) >= _SMALLEST)
+    asked = (share >= _VISIBLE) & ((moved[:, 2:] - moved[:, :2]).min(axis=1) >= _MIN_SIGN_PX)
     return Crop(_relit(rng, picture), moved[asked], inside[~asked & (share > 0)], (x, y))
 
 
@@ -138,7 +138,7 @@ def targets(crop: Crop) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArr
         hills[np.ix_(_within(centres, box[1], box[3]), _within(centres, box[0], box[2]))] = -1
     for box in sorted(crop.boxes, key=lambda b: -float(np.prod(b[2:] - b[:2]))):  # small ones over large ones
         (cx, cy), side = (box[:2] + box[2:]) / 2, box[2:] - box[:2]
-        spread = np.maximum(_LEAST_SPREAD * STRIDE, _SPREAD * side)
+        spread = np.maximum(_MIN_SPREAD * STRIDE, _SPREAD * side)
         hill = np.exp(-(((centres - cy) / spread[1]) ** 2)[:, None] / 2 - (((centres - cx) / spread[0]) ** 2)[None] / 2)
         row, column = (int(np.clip(v // STRIDE, 0, cells - 1)) for v in (cy, cx))
         hill[row, column] = 1.0

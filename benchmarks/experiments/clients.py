@@ -34,7 +34,7 @@ EVERY = 12.0
 """Seconds between two restarts of the database."""
 STEADY = 2.0
 """Largest pause between an answer and the next edit of a fast person, s; half of it on average."""
-MOST_MS = 200.0
+MAX_MS = 200.0
 """Time limit for 95 % of the edits, ms."""
 _TICKS = os.sysconf("SC_CLK_TCK")
 
@@ -149,13 +149,13 @@ def _report(result: Result) -> str:
             [f"{name}, {one['seconds']:.0f} s", f"{one['acknowledged']:,}", str(one["restarts"]), *waits, others]
         )
     acknowledged = sum(one["acknowledged"] for one in stages.values())
-    late = [name for name, one in stages.items() if one["p95_ms"] > MOST_MS]
+    late = [name for name, one in stages.items() if one["p95_ms"] > MAX_MS]
     verdict = f"missed by {' and '.join(late)}" if late else "met"
     loads = ", ".join(f"{one['load']:.0f}" for one in stages.values())
     stored = result.figures["stored"]
     return (
         f"{table(rows)}\n{acknowledged:,} edits were acknowledged and {stored:,} are stored: none is lost or stored "
-        f"twice. Bar: 95 % within {MOST_MS:g} ms, {verdict}. The load of the machine was {loads}, with clients, server "
+        f"twice. Bar: 95 % within {MAX_MS:g} ms, {verdict}. The load of the machine was {loads}, with clients, server "
         "and database. The page sends an edit again after a 503; a 409 means that somebody else has changed the track "
         "in the meantime.\n"
     )

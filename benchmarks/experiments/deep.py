@@ -21,7 +21,7 @@ from tsr_engine.params.detector import DetectorParams
 
 __all__ = ["EXPERIMENT"]
 
-LEAST = -4.0
+MIN_SCORE = -4.0
 """Log-odds from which its detections are kept; below, there are thousands of false ones."""
 SIZES = ((16, 32), (32, 64), (64, 1000))
 """Widths of signs, px, that recall is reported for."""
@@ -64,7 +64,7 @@ def _run(data: Data) -> Result:
 def _detect(reported: JsonObject, report: Sequence[Scene]) -> Found:
     """Detect with the engine's plug-in, as `tsr track --onnx` does."""
     size = (int(reported["input"][0]), int(reported["input"][1]))
-    detector = OnnxDetector(SIGNS.read_bytes(), size, reported["layout"], params=DetectorParams(keep_score=LEAST))
+    detector = OnnxDetector(SIGNS.read_bytes(), size, reported["layout"], params=DetectorParams(keep_score=MIN_SCORE))
     results = []
     for scene in report:
         seen = detector.detect(read_picture(scene.path))

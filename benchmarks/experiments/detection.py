@@ -28,7 +28,7 @@ from tsr_engine.protocols import OfflineDetector
 __all__ = ["EXPERIMENT", "rows_side_by_side"]
 
 OURS = ("ACF", "ACF and prior")
-LEAST = -8.0
+MIN_SCORE = -8.0
 """Log-odds from which the other systems' detections are kept."""
 
 
@@ -46,7 +46,7 @@ def _run(data: Data) -> Result:
     made_from: list[object] = ["side by side", dict(components.models), systems_code()]
     try:
         for system in trained(data):
-            detectors[system.system.title] = system.detector(DetectorParams(keep_score=LEAST))
+            detectors[system.system.title] = system.detector(DetectorParams(keep_score=MIN_SCORE))
             settings[system.system.name] = system.sha256[:12]
             made_from.append(system.sha256)
         missing = ""

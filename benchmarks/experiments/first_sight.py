@@ -27,9 +27,9 @@ from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT", "compared", "first_matches", "first_widths"]
 
-APART: Final = 0.1
+MIN_WIDTH_DIFFERENCE: Final = 0.1
 """Difference in width, as a share, above which a sign counts as seen earlier or later."""
-RESAMPLED: Final = 10_000
+BOOTSTRAP_SAMPLES: Final = 10_000
 """Number of bootstrap samples for the interval of the mean."""
 
 
@@ -78,12 +78,12 @@ def compared(rows: Sequence[JsonMapping], seed: int) -> JsonObject:
     """
     both = np.array([(row["before"], row["now"]) for row in rows if None not in (row["before"], row["now"])])
     logs = np.log(both[:, 1] / both[:, 0]) if len(both) else np.zeros(0)
-    out: JsonObject = {"signs": len(rows), "earlier": int((logs < np.log1p(-APART)).sum())}
+    out: JsonObject = {"signs": len(rows), "earlier": int((logs < np.log1p(-MIN_WIDTH_DIFFERENCE)).sum())}
     out["at_once"] = sum(row["before"] == row["now"] == row["least"] for row in rows)
-    out["later"] = int((logs > -np.log1p(-APART)).sum())
+    out["later"] = int((logs > -np.log1p(-MIN_WIDTH_DIFFERENCE)).sum())
     out["found"] = {name: sum(row[name] is not None for row in rows) for name in ("before", "now")}
     if len(both):
-        drawn = np.random.default_rng(seed).choice(logs, (RESAMPLED, len(logs))).mean(axis=1)
+        drawn = np.random.default_rng(seed).choice(logs, (BOOTSTRAP_SAMPLES, len(logs))).mean(axis=1)
         out["width"] = dict(zip(("before", "now"), np.median(both, axis=0).tolist(), strict=True))
         out["ratio"] = float(np.exp(logs.mean()))
         out["interval"] = np.exp(np.quantile(drawn, (0.025, 0.975))).tolist()
@@ -149,7 +149,7 @@ def _tracked(video: Path, truth: TrackTable, params: Params, components: Compone
 
 def _report(result: Result) -> str:
     head = ["", "signs", "found before, now", "at once", "median width before, now", "width now, share of before"]
-    rows = [[*head, "95 % interval", f"more than {APART:.0%} earlier, later"]]
+    rows = [[*head, "95 % interval", f"more than {MIN_WIDTH_DIFFERENCE:.0%} earlier, later"]]
     lines = []
     for group, f in result.figures.items():
         rows.append([
@@ -169,7 +169,7 @@ def _report(result: Result) -> str:
         f"*Before* is the detector {result.settings['before']}, *now* is {result.settings['now']}; the rest of the "
         "engine is the same. *Width now, share of before* is a geometric mean over the signs that both find. *At once* "
         f"counts signs that both find in the first annotated frame.\n\n{table(rows)}\n"
-        f"All signs of the clips, and other signs whose width differs by more than {APART:.0%}:\n\n"
+        f"All signs of the clips, and other signs whose width differs by more than {MIN_WIDTH_DIFFERENCE:.0%}:\n\n"
         + "\n".join(lines)
         + "\n"
     )
@@ -178,7 +178,7 @@ def _report(result: Result) -> str:
 def _differs(row: JsonMapping) -> bool:
     if None in (row["before"], row["now"]):
         return bool(row["before"] != row["now"])
-    return bool(abs(np.log(row["now"] / row["before"])) > -np.log1p(-APART))
+    return bool(abs(np.log(row["now"] / row["before"])) > -np.log1p(-MIN_WIDTH_DIFFERENCE))
 
 
 def _px(width: float | None) -> str:

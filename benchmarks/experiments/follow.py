@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, lines_needed, mean_of
+from benchmarks.following.figures import MAX_ACTIONS, actions, figures_of, lines_needed, mean_of
 from benchmarks.following.long_video import flat_memory
 from benchmarks.following.methods import PEERS, follow_with_engine, follow_with_peer, interpolate_linearly, legacy
 from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
@@ -207,7 +207,7 @@ def _report(result: Result) -> str:
     m = f["memory"]
     parts += [
         "Average number of boxes to draw until every frame has an IoU of at least 0.7. The first box is drawn where "
-        f"the column says, each further one where the result is worst, {MOST_ACTIONS} at most. With straight lines, "
+        f"the column says, each further one where the result is worst, {MAX_ACTIONS} at most. With straight lines, "
         "exact boxes are drawn at both ends and where the line is worst.\n",
         table(rows),
         f"A frame of 1280x720 px takes {_ms(f['ms'], f'{OURS} at 720p')}, with the offline detector's later steps "

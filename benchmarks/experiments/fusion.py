@@ -26,7 +26,7 @@ from tsr_engine.training.classifier_augmentation import load_crop
 
 __all__ = ["EXPERIMENT", "FOLDS", "crop_time"]
 
-SHOWN = (1, 2, 3, 5, 8, 12, 16, 20, 25, 30)
+FRAME_COUNTS = (1, 2, 3, 5, 8, 12, 16, 20, 25, 30)
 TIMED = 1000
 """Number of crops to classify one by one, for the time."""
 FOLDS = 4
@@ -111,7 +111,7 @@ def _report(result: Result) -> str:
     f = result.figures
     rows = [["frames fused", *MODES]]
     for i, frames in enumerate(f["frames"]):
-        if frames in SHOWN:
+        if frames in FRAME_COUNTS:
             rows.append([str(frames), *(f"{f['rates'][mode][i]:.4f}" for mode in MODES)])
     fused = f"Over {f['frames'][-1]} frames {f['rates']['clamped'][-1]:.4f} of the signs are correct (bar 0.995)."
     shipped = (

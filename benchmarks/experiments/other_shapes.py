@@ -32,7 +32,7 @@ __all__ = ["CLASSES", "EXPERIMENT", "OTHERS", "Sign", "counts", "read_boxes", "r
 SIZE: Final = (1280, 720)
 PICTURES: Final = 24
 TURNS: Final = 3
-LEAST: Final = 20
+MIN_SIGN_PX: Final = 20
 """Signs whose longer side is shorter are neither hits nor misses, px."""
 RATE: Final = 0.2
 """False detections a picture at which signs are counted once more."""
@@ -61,7 +61,7 @@ class Sign:
         kind: ``43``, ``other``, or empty: neither a hit nor a miss.
         name: code or name in the annotation.
         class_id: of the 43 classes; -1: of none.
-        too_small: whether it is neither a hit nor a miss only because it is smaller than ``LEAST``.
+        too_small: whether it is neither a hit nor a miss only because it is smaller than ``MIN_SIGN_PX``.
     """
 
     box: FloatArray
@@ -101,7 +101,7 @@ def _by_name(row: JsonMapping) -> Sign:
 
 
 def _sign(box: FloatArray, kind: str, counted: bool, name: str, class_id: int) -> Sign:
-    large = bool((box[2:] - box[:2]).max() >= LEAST)
+    large = bool((box[2:] - box[:2]).max() >= MIN_SIGN_PX)
     return Sign(box, kind if counted and large else "", name, class_id, counted and bool(kind) and not large)
 
 
@@ -162,7 +162,7 @@ def _run(data: Data) -> Result:
     return Result(
         "other_shapes",
         data="GTSDB's training scenes with the annotations of other signs (docs/annotations-gtsdb.md): "
-        f"{cv['signs']} upright signs from {LEAST} px in {cv['pictures']} scenes, IoU 0.5. Each of "
+        f"{cv['signs']} upright signs from {MIN_SIGN_PX} px in {cv['pictures']} scenes, IoU 0.5. Each of "
         f"{component.data['figures_from']['parts']} parts of the scenes is tested with a model trained on the rest. "
         "Pictures of other countries are test data only; docs/models.md says which of them were looked at.",
         figures={
@@ -247,7 +247,15 @@ def _report(result: Result) -> str:
             ])  # fmt: skip
     abroad = table(rows) if f["foreign"] else "*No pictures of other countries were named.*\n"
     read = [
-        ["pictures", f"signs of the 43 from {LEAST} px", "found", "read right", "of any size", "found", "read right"]
+        [
+            "pictures",
+            f"signs of the 43 from {MIN_SIGN_PX} px",
+            "found",
+            "read right",
+            "of any size",
+            "found",
+            "read right",
+        ]
     ]
     for name, found in f["foreign"].items():
         large, every = found["read"]["large"], found["read"]["any"]

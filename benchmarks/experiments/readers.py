@@ -39,7 +39,7 @@ FRAMES: Final = 132
 """Of the sample drive, for the whole engine."""
 ROUNDS: Final = 3
 """Runs of it with each reader."""
-LEAST: Final = 1e-12
+MIN_PROBABILITY: Final = 1e-12
 """Least probability of the truth in a log-likelihood."""
 
 
@@ -83,7 +83,7 @@ def figures_of(crops: Sequence[Crop], reader: CropClassifier) -> JsonObject:
     return {
         "crops": len(crops),
         "right": int((answers.argmax(axis=1) == truth).sum()),
-        "likelihood": float(-np.log(np.maximum(own, LEAST)).mean()),
+        "likelihood": float(-np.log(np.maximum(own, MIN_PROBABILITY)).mean()),
         "signs": len(of_sign),
         "signs_right": len(of_sign) - len(misread),
         "misread": misread,

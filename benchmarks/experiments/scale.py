@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from benchmarks.experiment import ROOT, Data, Experiment, Result, table
 from benchmarks.plotting import saved_figure
 from benchmarks.timing.growth import exponent, picture_cost, sign_cost, sign_faces
-from benchmarks.timing.long_run import NOTES, SHOWN
+from benchmarks.timing.long_run import DETECTION_PERIOD, NOTES
 from benchmarks.timing.looped_video import RATE, SIZE, base_clip, cut_out, looped
 from benchmarks.timing.run_notes import read_sections
 from sample_videos import SHIPPED
@@ -66,8 +66,8 @@ def _run(data: Data) -> Result:
         f"{TURNS} times in one file. *Everything* is `tsr track` with evidence on that file, as far as the given time "
         "allows. *After detection*: decoding, detection and camera shift are computed once for the "
         f"{BASE} frames and reused; tracking, gate, online detector, recognition, result rows and evidence store, with "
-        f"pixels, run for every frame. Signs are shown in one of {SHOWN} repetitions, because they are rare on real "
-        "drives.",
+        f"pixels, run for every frame. Signs are shown in one of {DETECTION_PERIOD} repetitions, because they are "
+        "rare on real drives.",
         figures=figures,
         settings={f"seconds a call, {kind}": data.seconds or seconds for kind, seconds in SECONDS.items()},
     )

@@ -23,7 +23,7 @@ TRAINED_BY = ("io", "recognition", "training")
 """Parts of the engine that a classifier depends on: one that others have trained is not judged again."""
 BARS = {"5": 0.90, "20": 0.97}
 """Tracks of each new label -> the share of them that is to be read right."""
-MOST_LOST = 0.2
+MAX_LOST_POINTS = 0.2
 """Points of tracks that the other labels may lose."""
 
 
@@ -80,8 +80,8 @@ def _verdict(f: JsonMapping) -> str:
         said.append(
             f"- {count} tracks of each new label: {new:.3f} of the new labels' tracks are classified correctly (bar "
             f"{bar:.2f}: {'met' if new >= bar else 'missed'}). The other labels lose {tracks:.2f} percentage points of "
-            f"tracks (bar {MOST_LOST}: {'met' if tracks <= MOST_LOST else 'missed'}) and {single:.2f} of single crops. "
-            "Beside a network that lacks the new labels, whatever it answers, at least "
+            f"tracks (bar {MAX_LOST_POINTS}: {'met' if tracks <= MAX_LOST_POINTS else 'missed'}) and {single:.2f} of "
+            "single crops. Beside a network that lacks the new labels, whatever it answers, at least "
             f"{mixed:.3f} of the new labels' tracks are correct (bar {bar:.2f}: "
             f"{'met' if mixed >= bar else 'missed'}). {100 * (1 - old):.2f} % of the other labels' tracks can change "
             "to a new label if classifier and network together give the right label at least half of the old labels' "

@@ -12,13 +12,13 @@ from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 
-__all__ = ["GOOD", "MOST_ACTIONS", "actions", "figures_of", "lines_needed", "mean_of", "overlaps"]
+__all__ = ["GOOD", "MAX_ACTIONS", "actions", "figures_of", "lines_needed", "mean_of", "overlaps"]
 
 GOOD = 0.7
 """IoU of a box that needs no correction."""
 NEAR = 3
 """Number of frames by which an end may be missed, and in which a box may lie on no sign."""
-MOST_ACTIONS = 8
+MAX_ACTIONS = 8
 
 Boxes = Mapping[int, FloatArray]
 
@@ -53,7 +53,7 @@ def figures_of(sign: Sign, boxes: Boxes) -> dict[str, float]:
 
 
 def actions(sign: Sign, start: int, fill: Callable[[Boxes], Boxes]) -> int:
-    """Number of boxes to draw until every frame of the life has an IoU of 0.7, at most ``MOST_ACTIONS``.
+    """Number of boxes to draw until every frame of the life has an IoU of 0.7, at most ``MAX_ACTIONS``.
 
     Each further box is drawn in the frame with the lowest IoU.
 
@@ -63,13 +63,13 @@ def actions(sign: Sign, start: int, fill: Callable[[Boxes], Boxes]) -> int:
         fill: computes all boxes from the drawn ones.
     """
     drawn = {start: sign.life[start]}
-    for done in range(1, MOST_ACTIONS + 1):
+    for done in range(1, MAX_ACTIONS + 1):
         found = overlaps(sign, fill(drawn))
         worst = min(found, key=lambda k: (found[k], k))
         if found[worst] >= GOOD:
             return done
         drawn = {**drawn, worst: sign.life[worst]}
-    return MOST_ACTIONS
+    return MAX_ACTIONS
 
 
 def lines_needed(sign: Sign) -> int:

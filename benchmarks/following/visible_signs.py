@@ -20,9 +20,9 @@ _VISIBLE = 0.5
 """Least visible share of a sign in a frame of its life."""
 _CLEAR = 0.75
 """Least visible share of a sign in a frame in which it is drawn."""
-_SHORTEST = 6
+_MIN_FRAMES = 6
 """Least number of frames of a life."""
-_LARGEST = 16.0
+_MIN_LARGEST_WIDTH_PX = 16.0
 """Least largest width of a sign, px; narrower signs cannot be recognised, and nobody draws them."""
 
 
@@ -69,7 +69,7 @@ def signs_of(truth: TrackTable, width: int, height: int) -> list[Sign]:
         life = {k: b for k, b in sorted(rows.items()) if seen[k] >= _VISIBLE and b[2] - b[0] >= MIN_WIDTH_PX}
         clear = [k for k in life if seen[k] >= _CLEAR]
         widest = max((b[2] - b[0] for b in life.values()), default=0.0)
-        if len(life) >= _SHORTEST and widest >= _LARGEST and clear:
+        if len(life) >= _MIN_FRAMES and widest >= _MIN_LARGEST_WIDTH_PX and clear:
             found.append(Sign(int(sign), life, rows, clear))
     return sorted(found, key=lambda sign: -max(b[2] - b[0] for b in sign.life.values()))
 

@@ -22,10 +22,10 @@ from benchmarks.peers.stored_detections import DetectedVideo
 from tsr_engine.records import Detections, FloatArray
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["LEAST_SCORE", "PACKAGE", "PEERS", "Missing", "Peer", "confidence", "load", "rows_of", "version"]
+__all__ = ["MIN_SCORE_SETTING", "PACKAGE", "PEERS", "Missing", "Peer", "confidence", "load", "rows_of", "version"]
 
 PACKAGE = "trackers"
-LEAST_SCORE = "least_score"
+MIN_SCORE_SETTING = "least_score"
 """Name of our own setting: a peer does not get detections below this score."""
 
 
@@ -68,7 +68,7 @@ class Peer:
         kind = getattr(package, self.class_name, None)
         if kind is None:
             raise Missing(f"the package {PACKAGE} {version(PACKAGE)} has no {self.class_name}.")
-        own = {self.scored.get(name, name): value for name, value in settings.items() if name != LEAST_SCORE}
+        own = {self.scored.get(name, name): value for name, value in settings.items() if name != MIN_SCORE_SETTING}
         own |= {self.scored[name]: float(confidence(settings[name])) for name in self.scored if name in settings}
         try:
             return kind(frame_rate=rate, **own)
@@ -141,7 +141,7 @@ def rows_of(peer: Peer, seen: DetectedVideo, settings: Mapping[str, float]) -> t
 
 
 def _handed(detections: Detections, settings: Mapping[str, float]) -> Detections:
-    least = settings.get(LEAST_SCORE)
+    least = settings.get(MIN_SCORE_SETTING)
     return detections if least is None else detections.select(detections.scores >= least)
 
 
@@ -150,7 +150,7 @@ PEERS: tuple[Peer, ...] = (
         "SORT",
         "SORTTracker",
         {
-            LEAST_SCORE: (-2.0, 0.0),
+            MIN_SCORE_SETTING: (-2.0, 0.0),
             "activation_score": (-1.0, 0.0, 1.0),
             "minimum_consecutive_frames": (1, 3),
             "minimum_iou_threshold": (0.1, 0.3),

@@ -27,7 +27,7 @@ __all__ = ["HogCascade", "HogCascadeDetector", "Survivors", "search"]
 
 LEVEL_LIMIT: Final = 1000
 """Largest number of windows of one level."""
-MOST: Final = 4000
+MAX_WINDOWS: Final = 4000
 """Largest number of windows of a picture for suppression."""
 
 
@@ -109,7 +109,7 @@ def search(picture: Picture, cascade: TreeEnsemble, params: DetectorParams, keep
         if keep:
             kept[level.index] = level
     every = np.concatenate(scores)
-    best = np.argsort(-every, kind="stable")[:MOST]
+    best = np.argsort(-every, kind="stable")[:MAX_WINDOWS]
     return Survivors(np.concatenate(boxes)[best], every[best], np.concatenate(places)[best], kept)
 
 

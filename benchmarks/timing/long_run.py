@@ -46,12 +46,12 @@ from tsr_engine.records import Detections, Picture
 from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 from tsr_engine.tracking.camera_shift import CameraShift
 
-__all__ = ["NOTES", "SHOWN", "DetectedFrame", "detect_once", "note_writer", "repeated"]
+__all__ = ["DETECTION_PERIOD", "NOTES", "DetectedFrame", "detect_once", "note_writer", "repeated"]
 
 NOTES: Final = "notes.jsonl"
 STEP: Final = 100
 """Number of frames between two notes; reported lengths are multiples of it."""
-SHOWN: Final = 8
+DETECTION_PERIOD: Final = 8
 """Period of repetitions; only the first of each period has detections."""
 
 
@@ -147,7 +147,7 @@ def repeated(
         with one_blas_thread():
             for ordinal in range(first, stop):
                 seen = clip[ordinal % len(clip)]
-                shown = (ordinal // len(clip)) % SHOWN == 0
+                shown = (ordinal // len(clip)) % DETECTION_PERIOD == 0
                 pixels = FramePixels(seen.picture)
                 detections = seen.detections if shown else Detections.empty()
                 given = FrameInput(ordinal, ordinal / RATE, detections, seen.shift, pixels)

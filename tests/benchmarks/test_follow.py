@@ -10,7 +10,7 @@ import pytest
 from benchmarks.experiment import Result
 from benchmarks.experiments import follow as experiment
 from benchmarks.experiments import follow_approaches, follow_page
-from benchmarks.following.figures import MOST_ACTIONS, actions, figures_of, lines_needed, mean_of
+from benchmarks.following.figures import MAX_ACTIONS, actions, figures_of, lines_needed, mean_of
 from benchmarks.following.methods import (
     PEERS,
     KltBox,
@@ -101,7 +101,7 @@ def test_actions_are_counted_until_all_boxes_are_right() -> None:
 
     assert actions(sign(), 20, perfect) == 1
     assert actions(sign(), 20, interpolate_linearly) > 2
-    assert actions(sign(), 20, only_drawn) == MOST_ACTIONS
+    assert actions(sign(), 20, only_drawn) == MAX_ACTIONS
 
 
 def test_a_painted_over_sign_is_removed_from_pixels_and_rows() -> None:

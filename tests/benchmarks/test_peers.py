@@ -16,7 +16,7 @@ from benchmarks.peers import multi_object_trackers, tuning
 from benchmarks.peers.cache import Cache
 from benchmarks.peers.engine_tracker import TrackingResult
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.multi_object_trackers import LEAST_SCORE, PEERS, Missing, Peer, confidence, rows_of
+from benchmarks.peers.multi_object_trackers import MIN_SCORE_SETTING, PEERS, Missing, Peer, confidence, rows_of
 from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo
 from tsr_engine.evaluation.tracking import changed_errors, evaluate_video, shared_errors
 from tsr_engine.records import Detections
@@ -79,7 +79,7 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> Peer:
         Toy = _ToyTracker
 
     monkeypatch.setattr(multi_object_trackers, "load", lambda name: Package)
-    grid = {"change": (3, 100, 5), "activation_score": (0.0,), LEAST_SCORE: (-1.0,)}
+    grid = {"change": (3, 100, 5), "activation_score": (0.0,), MIN_SCORE_SETTING: (-1.0,)}
     return Peer("toy", "Toy", grid, {"activation_score": "track_activation_threshold"})
 
 
@@ -97,7 +97,7 @@ def test_scores_and_thresholds_become_confidences(toy: Peer) -> None:
     settings = {"change": 100, "activation_score": 1.0}
     assert len(rows_of(toy, _seen(score=0.9), settings)[0].frame) == 0  # activation is a score of 1
     assert len(rows_of(toy, _seen(score=1.1), settings)[0].frame) == FRAMES
-    assert len(rows_of(toy, _seen(score=-1.5), {LEAST_SCORE: -1.0, "change": 100})[0].frame) == 0
+    assert len(rows_of(toy, _seen(score=-1.5), {MIN_SCORE_SETTING: -1.0, "change": 100})[0].frame) == 0
     assert len(rows_of(toy, _seen(score=-1.5), {"change": 100})[0].frame) == FRAMES
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
-from tsr_engine.training.classifier_augmentation import LARGEST, LoadedCrop, plain_view
+from tsr_engine.training.classifier_augmentation import MAX_CROP_PX, LoadedCrop, plain_view
 from tsr_engine.training.drawn_signs import DRAWN_CLASSES, EMPTY, drawn_crop
 
 POINTS = {33: (1, 0), 34: (-1, 0), 35: (0, -1), 38: (1, 1), 39: (-1, 1)}
@@ -24,7 +24,7 @@ def test_same_seed_same_crop_other_seed_other_crop(class_id: int) -> None:
     assert np.array_equal(first.pixels, again.pixels)
     assert not np.array_equal(first.pixels, drawn_crop(class_id, np.random.default_rng(4)).pixels)
     assert first.class_id == class_id
-    assert (first.box[2:] - first.box[:2]).tolist() == [LARGEST, LARGEST]
+    assert (first.box[2:] - first.box[:2]).tolist() == [MAX_CROP_PX, MAX_CROP_PX]
     assert plain_view(first).std() > 4
 
 
@@ -34,8 +34,8 @@ def test_an_arrow_points_where_its_class_says(class_id: int) -> None:
         crop = drawn_crop(class_id, np.random.default_rng(seed))
         x1, y1, x2, y2 = crop.box.astype(int)
         red = crop.pixels[y1:y2, x1:x2, 2]
-        dx, dy = np.meshgrid(*[np.arange(LARGEST) - LARGEST / 2 + 0.5] * 2)
-        inner = np.hypot(dx, dy) < 0.4 * LARGEST
+        dx, dy = np.meshgrid(*[np.arange(MAX_CROP_PX) - MAX_CROP_PX / 2 + 0.5] * 2)
+        inner = np.hypot(dx, dy) < 0.4 * MAX_CROP_PX
         level, _ = cv2.threshold(np.ascontiguousarray(red[inner]), 0, 255, cv2.THRESH_OTSU)
         white = (red > level) & inner
         along = np.array(POINTS[class_id]) / np.hypot(*POINTS[class_id])
@@ -49,7 +49,7 @@ def test_limits_have_a_red_ring_around_a_brighter_field() -> None:
     for class_id in (3, 7, EMPTY):
         for seed in range(10):
             lab = _paint(drawn_crop(class_id, np.random.default_rng(seed)), cv2.COLOR_BGR2LAB).astype(int)
-            middle = LARGEST // 2
+            middle = MAX_CROP_PX // 2
             ring = lab[middle, 3:7, 1].max()
             assert ring > lab[middle - 2 : middle + 2, middle - 20 : middle + 20, 1].mean() + 8
             assert SIGN_CLASSES[class_id].name

@@ -6,7 +6,7 @@ import pytest
 
 from tsr_engine.recognition.crops import cut
 from tsr_engine.training.calibration import fit_calibration
-from tsr_engine.training.classifier_augmentation import BACKGROUND, LARGEST, LoadedCrop, surrounded_crop
+from tsr_engine.training.classifier_augmentation import BACKGROUND, MAX_CROP_PX, LoadedCrop, surrounded_crop
 from tsr_engine.training.classifier_network import NetworkSettings, _hinge
 from tsr_engine.training.sign_verifier import SignVerifierPlan, train_sign_verifier
 
@@ -69,8 +69,8 @@ def test_a_common_machine_covers_every_class() -> None:
 def test_large_crops_are_downscaled_with_their_box() -> None:
     picture = np.zeros((400, 400, 3), np.uint8)
     crop = surrounded_crop(picture, np.array([100.0, 120, 260, 250]), 3)
-    assert crop.box[2] - crop.box[0] == pytest.approx(LARGEST, abs=1)
-    assert crop.pixels.shape[1] == pytest.approx(2 * LARGEST, abs=4)
+    assert crop.box[2] - crop.box[0] == pytest.approx(MAX_CROP_PX, abs=1)
+    assert crop.pixels.shape[1] == pytest.approx(2 * MAX_CROP_PX, abs=4)
     at_edge = surrounded_crop(picture, np.array([-5.0, 380, 25, 410]), 3)
     assert at_edge.box.tolist() == [-5.0, at_edge.box[1], 25.0, at_edge.box[1] + 30]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.training.drawn_signs import EMPTY
-from tsr_engine.training.yellow_grounds import GROUNDED, OFTENER, sometimes_yellow, yellow_ground
+from tsr_engine.training.yellow_grounds import EMPTY_RING_FACTOR, GROUNDED, sometimes_yellow, yellow_ground
 
 BOX = np.array([40.0, 30.0, 120.0, 110.0])
 RED, WHITE, BLACK, SKY = (40, 30, 190), (230, 230, 230), (30, 30, 30), (240, 235, 225)
@@ -81,5 +81,5 @@ def test_shares_of_yellow_views() -> None:
 
     assert painted(1, 0.0) == painted(-1, 1.0) == painted(KEEP_RIGHT, 1.0) == 0
     assert 20 <= painted(1, 0.1) <= 60
-    assert painted(EMPTY, 1 / OFTENER) == 400
+    assert painted(EMPTY, 1 / EMPTY_RING_FACTOR) == 400
     assert 85 <= painted(EMPTY, 0.1) <= 155

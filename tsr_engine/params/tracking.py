@@ -9,7 +9,7 @@ from pydantic import Field
 
 from tsr_engine.params.base import Section
 
-_MOST_NOISE_SCALE = 1e6
+_MAX_NOISE_SCALE = 1e6
 """Largest factor on the noise. Such a measurement has no effect; far larger factors overflow."""
 
 
@@ -140,4 +140,4 @@ class TrackingParams(Section):
         Signs that are far, blurred, turned or partly covered have lower scores and less exact boxes.
         """
         exponent = self.noise_score * max(0.0, self.clear_score - score)
-        return math.exp(min(exponent, math.log(_MOST_NOISE_SCALE)))
+        return math.exp(min(exponent, math.log(_MAX_NOISE_SCALE)))

@@ -20,7 +20,7 @@ from tsr_engine.recognition.descriptor import MARGIN, SIDE
 from tsr_engine.recognition.gtsrb_classes import CLASSES_AFTER_HALF_TURN
 from tsr_engine.records import FloatArray, Picture
 
-LARGEST = 64
+MAX_CROP_PX = 64
 """Signs larger than this are reduced on loading, px: slightly above the descriptor's own size."""
 SHIFT = 0.11
 """Largest box shift, as a share of the sign's side."""
@@ -47,7 +47,7 @@ class LoadedCrop:
 
 
 def load_crop(item: CropItem) -> LoadedCrop:
-    """Decode one training item; large signs are reduced to ``LARGEST`` px.
+    """Decode one training item; large signs are reduced to ``MAX_CROP_PX`` px.
 
     Raises:
         InputError: the picture is unreadable.
@@ -78,8 +78,8 @@ def surrounded_crop(picture: Picture, box: FloatArray, class_id: int) -> LoadedC
 def _reduced(picture: Picture, box: FloatArray, class_id: int) -> LoadedCrop:
     height, width = picture.shape[:2]
     side = max(box[2] - box[0], box[3] - box[1])
-    if side > LARGEST:
-        size = (max(1, round(width * LARGEST / side)), max(1, round(height * LARGEST / side)))
+    if side > MAX_CROP_PX:
+        size = (max(1, round(width * MAX_CROP_PX / side)), max(1, round(height * MAX_CROP_PX / side)))
         box = box * np.array([size[0] / width, size[1] / height] * 2)
         picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     return LoadedCrop(picture, box, class_id)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.recognition.descriptor import MARGIN
 from tsr_engine.records import Picture
-from tsr_engine.training.classifier_augmentation import LARGEST, LoadedCrop
+from tsr_engine.training.classifier_augmentation import MAX_CROP_PX, LoadedCrop
 from tsr_engine.training.drawn_digits import stroked_digits
 
 __all__ = ["DRAWN_CLASSES", "EMPTY", "HIGH", "LIMITS", "PRINTED", "ROAD", "Lettering", "drawn_crop", "ground"]
@@ -58,7 +58,7 @@ ROAD: Final = Lettering(0.6, 0.25, ("DejaVu Sans", "DejaVu Sans Mono", "cmss10")
 
 
 def drawn_crop(class_id: int, rng: np.random.Generator, lettering: Lettering = ROAD) -> LoadedCrop:
-    """Draw a sign of a class in a random foreign style on a random ground, ``LARGEST`` px wide.
+    """Draw a sign of a class in a random foreign style on a random ground, ``MAX_CROP_PX`` px wide.
 
     Args:
         class_id: one of ``DRAWN_CLASSES``, or ``EMPTY``.
@@ -70,10 +70,10 @@ def drawn_crop(class_id: int, rng: np.random.Generator, lettering: Lettering = R
     """
     if class_id not in (*DRAWN_CLASSES, EMPTY):
         raise ValueError(f"class_id must be one of {(*DRAWN_CLASSES, EMPTY)}. Got {class_id} instead.")
-    margin = round(MARGIN * LARGEST) + 4
-    side = LARGEST + 2 * margin
+    margin = round(MARGIN * MAX_CROP_PX) + 4
+    side = MAX_CROP_PX + 2 * margin
     canvas = ground(side, rng)
-    centre, radius = side * HIGH / 2, LARGEST * HIGH / 2
+    centre, radius = side * HIGH / 2, MAX_CROP_PX * HIGH / 2
     if class_id in LIMITS or class_id == EMPTY:
         _limit(LIMITS.get(class_id, ""), lettering, canvas, centre, radius, rng)
     else:
@@ -81,7 +81,7 @@ def drawn_crop(class_id: int, rng: np.random.Generator, lettering: Lettering = R
     pixels = cv2.resize(canvas, (side, side), interpolation=cv2.INTER_AREA)
     light = np.float32(rng.uniform(0.35, 1.0))
     pixels = np.clip(pixels.astype(np.float32) * light, 0, 255).astype(np.uint8)
-    box = np.array([margin, margin, margin + LARGEST, margin + LARGEST], np.float64)
+    box = np.array([margin, margin, margin + MAX_CROP_PX, margin + MAX_CROP_PX], np.float64)
     return LoadedCrop(np.asarray(pixels, dtype=np.uint8), box, class_id)
 
 

@@ -20,7 +20,7 @@ __all__ = ["views"]
 
 _PARTS: Final = 16
 """Number of views in a part of a batch with the same blur and distance."""
-_SMALLEST: Final = 9
+_MIN_CROP_PX: Final = 9
 """Smallest side to which a crop is reduced, px."""
 _LUMA: Final = (0.299, 0.587, 0.114)
 _TABLE: Final = (
@@ -162,7 +162,7 @@ def _optics(seen: Tensor, draw: _Draw, often: float) -> Tensor:
             x = _filtered(x, _streak(2 + 5 * amount, math.pi * turn))
         small = SIDE
         if far < 0.55 * often:
-            small = _SMALLEST + int(size * (SIDE - 4 - _SMALLEST))
+            small = _MIN_CROP_PX + int(size * (SIDE - 4 - _MIN_CROP_PX))
             x = functional.interpolate(x, (small, small), mode="bilinear", antialias=True)
         if sharp < 0.2 * often:
             x = x + (0.3 + 1.5 * amount) * (x - _filtered(x, _gaussian(0.8)))

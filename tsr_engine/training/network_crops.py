@@ -15,7 +15,7 @@ from tsr_engine.labels.files import shipped_set
 from tsr_engine.pictograms import draw, names
 from tsr_engine.records import Picture
 from tsr_engine.training.classifier import drawn_crops, inset_crops
-from tsr_engine.training.classifier_augmentation import LARGEST, LoadedCrop
+from tsr_engine.training.classifier_augmentation import MAX_CROP_PX, LoadedCrop
 from tsr_engine.training.drawn_scenes import OTHER_BOARDS, DrawnScenesPlan, paste, turned
 from tsr_engine.training.drawn_signs import HIGH, ground
 from tsr_engine.training.gtsdb_signs import LABEL_SET
@@ -91,7 +91,7 @@ def drawn_labels(generator: np.random.Generator) -> list[LoadedCrop]:
 def _drawn(drawing: Picture, class_id: int, generator: np.random.Generator) -> LoadedCrop:
     sign = turned(drawing, DrawnScenesPlan(), generator)
     height, width = sign.shape[:2]
-    scale = LARGEST / max(height, width)
+    scale = MAX_CROP_PX / max(height, width)
     w, h = round(width * scale), round(height * scale)
     side = _GROUND * HIGH
     left, top = (side - w) // 2, (side - h) // 2

@@ -35,9 +35,9 @@ __all__ = ["OtherShapesPlan", "fit_other_shapes", "train_other_shapes"]
 
 FOLDS: Final = 2
 """Number of parts of the scenes; each is evaluated by a model that was trained on the others."""
-FALSE_A_PICTURE: Final = 0.2
+FALSE_PER_PICTURE: Final = 0.2
 """Rate of false detections at which recall is reported."""
-LEAST: Final = 20.0
+MIN_SIGN_PX: Final = 20.0
 """Smallest longer side of a counted sign, px."""
 
 
@@ -158,10 +158,10 @@ def train_other_shapes(
         calibration = log_odds_of([one for other in range(FOLDS) if other != part for one in parts[other]])
         raw += [one.raw(calibration) for one in own]
     every = [one for own in parts for one in own]
-    score = score_candidates(every, raw, LEAST)
+    score = score_candidates(every, raw, MIN_SIGN_PX)
     figures = {
         "ap50": round(score.average_precision, 4),
-        f"recall_at_{FALSE_A_PICTURE}": round(score.recall_at(FALSE_A_PICTURE), 4),
+        f"recall_at_{FALSE_PER_PICTURE}": round(score.recall_at(FALSE_PER_PICTURE), 4),
         "recall_at_1": round(score.recall_at(1.0), 4),
         "signs": score.signs,
         "pictures": score.pictures,
@@ -174,8 +174,8 @@ def train_other_shapes(
         "figures_from": {
             "parts": FOLDS,
             "beside": detector.sha256,
-            "least_px": LEAST,
-            "score": round(score.threshold_at(FALSE_A_PICTURE), 4),
+            "least_px": MIN_SIGN_PX,
+            "score": round(score.threshold_at(FALSE_PER_PICTURE), 4),
         },
         "plan": asdict(plan),
     }
@@ -195,15 +195,15 @@ def _groups_of(scene: Scene) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
 
 def _group(label: Label) -> int:
     """Group of labels with a similar appearance; the sign verifier has one machine per group."""
-    for number, words in enumerate(_LOOKS):
+    for number, words in enumerate(_GROUP_WORDS):
         if any(word in label.key for word in words):
             return number
     if label.shape == "circle" and label.category == "mandatory":
-        return len(_LOOKS) + len(_SHAPES) + 1
-    return len(_LOOKS) + (_SHAPES.index(label.shape) if label.shape in _SHAPES else len(_SHAPES))
+        return len(_GROUP_WORDS) + len(_SHAPES) + 1
+    return len(_GROUP_WORDS) + (_SHAPES.index(label.shape) if label.shape in _SHAPES else len(_SHAPES))
 
 
-_LOOKS: Final = (
+_GROUP_WORDS: Final = (
     ("no-stopping", "no-parking"),
     ("zone",),
     ("parking",),

@@ -23,7 +23,7 @@ from tsr_engine.training.mining import PictureChanges, away_from_signs, backgrou
 from tsr_engine.training.patches import jitter
 from tsr_engine.training.progress import Progress
 
-FEWEST_NEGATIVES: Final = 400
+MIN_NEGATIVES: Final = 400
 """If a cascade leaves fewer background windows, random boxes are added, because a verifier needs negatives."""
 
 
@@ -105,8 +105,8 @@ def train_refine_stage(
     positives = np.concatenate([features_of(v.picture, v.boxes) for v in views])
     blank = RefineStage(np.stack(weights), np.stack(biases), cascade)
     negatives = _background(scenes, cascade, window, pyramid, blank, plan, rng, tick)
-    if len(negatives) < FEWEST_NEGATIVES:
-        negatives = np.concatenate([negatives, _anywhere(scenes, blank, FEWEST_NEGATIVES, rng)])
+    if len(negatives) < MIN_NEGATIVES:
+        negatives = np.concatenate([negatives, _anywhere(scenes, blank, MIN_NEGATIVES, rng)])
     verifier = boost(
         positives,
         negatives,

@@ -20,11 +20,11 @@ __all__ = ["GROUNDED", "sometimes_yellow", "yellow_ground"]
 
 Inside = Callable[[FloatArray, FloatArray], NDArray[np.bool_]]
 
-FEWEST: Final = 6
+MIN_GROUND_PX: Final = 6
 """Smallest ground that is painted, px."""
-OFTENER: Final = 3
+EMPTY_RING_FACTOR: Final = 3
 """Factor for empty rings, which are mostly ground and rare: signs with a symbol hardly show a yellow ring."""
-LEAST_CONTRAST: Final = 20.0
+MIN_CONTRAST: Final = 20.0
 """Least difference of grey levels between ground and paint; with less, the ground is unchanged."""
 
 
@@ -57,10 +57,11 @@ def sometimes_yellow(
         picture: BGR, uint8.
         box: the sign, shape (4,).
         class_id: class of the sign; below 0: there is none.
-        share: probability in [0, 1 / ``OFTENER``], ``OFTENER`` times that for an empty ring; 0 draws no random number.
+        share: probability in [0, 1 / ``EMPTY_RING_FACTOR``], ``EMPTY_RING_FACTOR`` times that for an empty ring; 0
+            draws no random number.
         rng: source of the choice and the paint.
     """
-    if not share or class_id not in GROUNDED or rng.random() >= share * (OFTENER if class_id == EMPTY else 1):
+    if not share or class_id not in GROUNDED or rng.random() >= share * (EMPTY_RING_FACTOR if class_id == EMPTY else 1):
         return picture
     return yellow_ground(picture, box, class_id, rng)
 
@@ -89,11 +90,11 @@ def yellow_ground(picture: Picture, box: FloatArray, class_id: int, rng: np.rand
     x = (2 * (across + left) - box[0] - box[2]) / (box[2] - box[0])
     y = (2 * (down + top) - box[1] - box[3]) / (box[3] - box[1])
     inside = _INSIDE[GROUNDED[class_id]](x[None], y[:, None])
-    if inside.sum() < FEWEST:
+    if inside.sum() < MIN_GROUND_PX:
         return picture
     lightness = part[..., :2].min(axis=2)
     paint, ground = np.percentile(lightness[inside], (5, 85))
-    if ground - paint < LEAST_CONTRAST:
+    if ground - paint < MIN_CONTRAST:
         return picture
     white = np.clip((lightness - paint) / (ground - paint), 0, 1) * inside
     strength = rng.uniform(0.6, 1.0)
