@@ -42,7 +42,7 @@ test('an answer of something else than our server is still a sentence', async ()
   const { api } = apiOf(() => new Response('<h1>Too large</h1>', { status: 413 }));
   await assert.rejects(
     api.videos(),
-    (/** @type {any} */ error) => error.code === 'bad_answer' && !error.passing && /413/.test(error.message),
+    (/** @type {any} */ error) => error.code === 'bad_answer' && !error.isTemporary && /413/.test(error.message),
   );
 });
 
@@ -55,20 +55,20 @@ test('a proxy without the server says as much as no answer', async () => {
     const { api } = apiOf(() => new Response('<h1>Bad gateway</h1>', { status: Number(status) }));
     await assert.rejects(
       api.videos(),
-      (/** @type {any} */ error) => error.status === 0 && error.code === code && error.passing && !/50\d/.test(error.message),
+      (/** @type {any} */ error) => error.status === 0 && error.code === code && error.isTemporary && !/50\d/.test(error.message),
     );
   }
 });
 
 test('no answer is "offline", a cancelled request "aborted"', async () => {
   const { api } = apiOf(() => Promise.reject(new TypeError('Failed to fetch')));
-  await assert.rejects(api.videos(), (/** @type {any} */ error) => error.status === 0 && error.code === 'offline' && error.passing);
+  await assert.rejects(api.videos(), (/** @type {any} */ error) => error.status === 0 && error.code === 'offline' && error.isTemporary);
   const stop = new AbortController();
   stop.abort();
   const waiting = apiOf((_, init) => new Promise((_resolve, reject) => reject(init.signal?.reason)));
   await assert.rejects(
     waiting.api.videos({ signal: stop.signal }),
-    (/** @type {any} */ error) => error.code === 'aborted' && !error.passing,
+    (/** @type {any} */ error) => error.code === 'aborted' && !error.isTemporary,
   );
 });
 

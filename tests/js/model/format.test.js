@@ -73,7 +73,9 @@ test('on every screen a count and its word agree: plural() writes them', () => {
   // a number of something and a plural in one text; where a line tells 1 from more by itself, or counts what is never one, it may
   const number = String.raw`\$\{(?:count\()?[^{}]*(?:length|size|total|_done|frames|tracks|corrections|pictures)\)?\} (?!is\b|was\b|has\b|does\b)[a-z-]+s\b`;
   assert.deepEqual(
-    found(new RegExp(number), (line) => /=== 1 \?|plural\(|parts\.length\} parts|coming\} (?:of \$\{added\.length\} )?videos/.test(line)),
+    found(new RegExp(number), (line) =>
+      /=== 1 \?|plural\(|parts\.length\} parts|importing\} (?:of \$\{added\.length\} )?videos/.test(line),
+    ),
     [],
   );
   assert.deepEqual(
