@@ -77,14 +77,14 @@ export function createModelCard(initialVersion, onAction) {
 function figuresOf(version) {
   const groups = figureGroups(version.figures);
   if (groups.length === 0) return [version.state === 'complete' ? h('p.muted.small', 'No figures: no data could be held out.') : null];
-  const regressions = regressions(version.figures);
+  const worse = regressions(version.figures);
   return [
-    regressions.length > 0 &&
+    worse.length > 0 &&
       h(
         'div.import-refused',
         { role: 'note' },
         icon('alert'),
-        h('div.stack', h('strong', 'Not everything got better'), ...regressions.map((text) => h('p.small', text))),
+        h('div.stack', h('strong', 'Not everything got better'), ...worse.map((text) => h('p.small', text))),
       ),
     ...groups.map(table),
   ];

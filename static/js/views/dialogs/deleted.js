@@ -22,7 +22,7 @@ const PICTURE_SIZE_PX = 96;
 export function deletedDialog({ app, close, signal }) {
   const { store } = app;
   /** @type {Map<string, import('../../model/deleted.js').LastEdit>} */
-  let lastEdits = new Map();
+  let lastEditByTrack = new Map();
   let lastSeq = 0;
   const list = h('ul.made-list', { 'aria-label': 'Deleted tracks' });
   const closeButton = h('button.btn.btn-primary', { onclick: close }, 'Close');
@@ -46,7 +46,7 @@ export function deletedDialog({ app, close, signal }) {
         const name = trackName(doc.key, doc);
         const label = labelOf(doc, (track) => tracks?.class_id[columnOf(track)] ?? null);
         const text = labelName(labels, label);
-        const edit = lastEdits.get(doc.key);
+        const edit = lastEditByTrack.get(doc.key);
         return h(
           'li.made',
           picture(doc, last, labelFor(labels, label)?.picture ?? undefined),
@@ -93,7 +93,7 @@ export function deletedDialog({ app, close, signal }) {
       const { edits } = await app.api.edits(run.id, lastSeq, { signal });
       rows = edits.length;
       lastSeq = edits.at(-1)?.seq ?? lastSeq;
-      lastEdits = lastEdits(lastEdits, edits);
+      lastEditByTrack = lastEdits(lastEditByTrack, edits);
     }
     show();
   }

@@ -28,13 +28,13 @@ export function createFollowingStrip() {
       const height = plot.clientHeight;
       const ctx = prepareCanvas(canvas, width, height, palette.ratio);
       if (!ctx) return;
-      const acceptedSpan = acceptedSpan(following);
+      const accepted = acceptedSpan(following);
       const barWidth = Math.max(1, width / (span.last - span.first));
       for (const [name, { confidence }] of Object.entries(following.proposals)) {
         const frame = Number(name);
         const x = toX(span, frame, width);
         if (x + barWidth < 0 || x > width) continue;
-        ctx.globalAlpha = acceptedSpan.first <= frame && frame <= acceptedSpan.last ? 1 : 0.3;
+        ctx.globalAlpha = accepted.first <= frame && frame <= accepted.last ? 1 : 0.3;
         ctx.fillStyle = confidence < LOW_CONFIDENCE ? palette.colour.bad : palette.colour.accent;
         const barHeight = Math.max(1, confidence * (height - 2));
         ctx.fillRect(x, height - barHeight, barWidth, barHeight);
