@@ -129,21 +129,15 @@ class _Builder:
         """Add an oncoming lorry that is between us and a sign on the left when the sign is 34 m away."""
         d = self.drive
         t = d.time_at(s - 34)
-        d.movers.append(
-            MovingVehicle(
-                Mesh(vehicles.lorry(self.rng, lit=d.weather.lamps)), s - 34 + 17 + 17.0 * t, -LANE - 0.1, -17.0
-            )
-        )
+        lorry = Mesh(vehicles.lorry(self.rng, lit=d.weather.lamps))
+        d.movers.append(MovingVehicle(lorry, s - 34 + 17 + 17.0 * t, -LANE - 0.1, -17.0))
 
     def traffic(self) -> None:
         """Add other vehicles: one ahead of us, some oncoming."""
         d, rng, sc = self.drive, self.rng, self.drive.scenario
         lit = d.weather.lamps or d.weather.name == "low_sun"
-        d.movers.append(
-            MovingVehicle(
-                Mesh(vehicles.car(rng, lit=lit, paint=(150, 18, 24))), 46.0 if sc.town else 62.0, LANE, sc.speed * 1.015
-            )
-        )
+        car = Mesh(vehicles.car(rng, lit=lit, paint=(150, 18, 24)))
+        d.movers.append(MovingVehicle(car, 46.0 if sc.town else 62.0, LANE, sc.speed * 1.015))
         t = 0.8
         total = d.time_at(self.last)
         while t < total:
