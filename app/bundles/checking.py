@@ -47,5 +47,5 @@ def check_bundle(channel: Channel, path: Path, folder: Path, limits: VideoLimits
         return check_and_unpack(path, folder, limits, limit_computing)
     except (KeyError, TypeError, AttributeError, ValueError, OverflowError, RecursionError) as error:
         raise ImportFormatError(
-            f"{path.name} cannot be read ({type(error).__name__}). Make the bundle anew."
+            f"{path.name} cannot be read ({type(error).__name__}). Create the bundle again."
         ) from error

@@ -86,29 +86,31 @@ def read_corrections(path: Path) -> tuple[list[TrackDoc], dict[int, str]]:
             or content.get("format") != 1
             or not isinstance(content.get("documents"), list)
         ):
-            raise ImportFormatError(f"{path.name} is not of format 1, which this version reads. Make the bundle anew.")
+            raise ImportFormatError(
+                f"{path.name} is not of format 1, which this version reads. Create the bundle again."
+            )
         documents = _DOCUMENTS.validate_json(json.dumps(content["documents"]))
     except ValidationError as error:
         first = error.errors()[0]
         location = ".".join(map(str, first["loc"]))[:120]
         raise ImportFormatError(
-            f"{path.name}, document {location}: {first['msg'][:200]}. Make the bundle anew."
+            f"{path.name}, document {location}: {first['msg'][:200]}. Create the bundle again."
         ) from None
     except (ValueError, RecursionError):
         raise ImportFormatError(f"{path.name} is not JSON. Copy the bundle again.") from None
     if len(documents) > _MAX_DOCUMENTS or len({doc.key for doc in documents}) != len(documents):
         raise ImportFormatError(
-            f"{path.name} has a track twice, or more than {_MAX_DOCUMENTS} tracks. Make the bundle anew."
+            f"{path.name} has a track twice, or more than {_MAX_DOCUMENTS} tracks. Create the bundle again."
         )
     keys = content.get("labels", {str(number): key for number, key in enumerate(default_keys())})
     if not isinstance(keys, dict) or not all(
         key.isdecimal() and isinstance(label_key, str) for key, label_key in keys.items()
     ):
-        raise ImportFormatError(f"{path.name}, labels: expected a key for each id. Make the bundle anew.")
+        raise ImportFormatError(f"{path.name}, labels: expected a key for each id. Create the bundle again.")
     keys_by_id = {int(number): label_key for number, label_key in keys.items()}
     unknown_ids = _label_ids(content["documents"]) - keys_by_id.keys()
     if unknown_ids:
-        raise ImportFormatError(f"{path.name} has no key for label {min(unknown_ids)}. Make the bundle anew.")
+        raise ImportFormatError(f"{path.name} has no key for label {min(unknown_ids)}. Create the bundle again.")
     return documents, {number: keys_by_id[number] for number in sorted(_label_ids(content["documents"]))}
 
 

@@ -17,7 +17,7 @@ __all__ = ["FIGURES", "Change", "Unit", "budgets", "changes", "over_budget"]
 FIGURES: Final[Mapping[str, tuple[str, bool]]] = {
     "found": ("signs found, %", True),
     "coverage": ("frames of signs covered at IoU 0.5, %", True),
-    "read": ("signs read right, %", True),
+    "read": ("signs classified correctly, %", True),
     "false": ("false tracks per 1,000 frames", False),
     "error": ("mean of Eq. 7 over covered frames", False),
 }

@@ -47,7 +47,9 @@ def check(
         list[str],
         typer.Option("--budget", metavar="FIGURE=DIFF", help="How much worse a figure may get; repeatable."),
     ] = [],  # noqa: B006 - typer copies it
-    bundles: Annotated[int, typer.Option("--bundles", min=0, max=100, help="Worst places to pack as bug bundles.")] = 3,
+    bundles: Annotated[
+        int, typer.Option("--bundles", min=0, max=100, help="Number of worst regressions to pack as bug bundles.")
+    ] = 3,
     place: PlaceOption = "local",
     jobs: JobsOption = None,
     cores: CoresOption = None,

@@ -107,7 +107,7 @@ class RunPixels:
             NotFound: the gate did not judge the track in that frame.
         """
         run = self._evidence.stored_run(run_id)
-        not_judged = NotFound(f"The gate did not judge track {track_id} in frame {frame}.")
+        not_judged = NotFound(f"The gate gave no verdict on track {track_id} in frame {frame}.")
         with self._evidence.reading(run) as reader, self._pixels_of(run) as source:
             if box_in_frame(reader, track_id, frame, "prediction") is None:
                 raise not_judged  # also if the run has no such frame

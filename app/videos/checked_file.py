@@ -122,7 +122,7 @@ class CheckedFile:
             if error.errno in LINK_ERRORS:
                 raise VideoError(
                     f"{self.path} leads through a link out of the folders that this server may read. Add the video "
-                    "again from its new place."
+                    "again from its new path."
                 ) from None
             raise VideoError(unreadable_message(self.path, error)) from None
 

@@ -51,7 +51,7 @@ def require_unchanged(database: Database, file: CheckedFile, video: Video) -> No
         VideoError: it cannot be read.
     """
     if not file.exists:
-        raise InputError(f"{file} is missing. Put it back, or add the video from its new place.")
+        raise InputError(f"{file} is missing. Put it back, or add the video from its new path.")
     try:
         confirm_content(database, file, video)
     except ChangedError:

@@ -187,7 +187,7 @@ class FrameService:
             raise Conflict(f"{row.name} is {row.state}, so its frames cannot be shown yet.", code="not_ready")
         path, file = row.path, library_file(self._settings, row)
         if not file.exists:
-            remedy = "Upload it again." if row.owned else "Put it back, or add the video from its new place."
+            remedy = "Upload it again." if row.owned else "Put it back, or add the video from its new path."
             raise NotFound(with_upload_name(row, f"{path} is missing. {remedy}"), code="missing")
         try:
             confirm_content(self._database, file, row)

@@ -89,7 +89,7 @@ def test_a_day_without_a_mouse(review: ReviewSession, page: Page) -> None:
     wait_until_no_dialog(page)
     tab_to(page, "Precision")
     page.keyboard.press("Enter")
-    expect(page.get_by_role("complementary", name="Places behind a number").get_by_role("heading")).to_be_focused()
+    expect(page.get_by_role("complementary", name="Frames behind a figure").get_by_role("heading")).to_be_focused()
     page.keyboard.press("Tab")
     page.keyboard.press("Enter")
     wait_until_drawn(page)

@@ -77,20 +77,20 @@ def test_packets_are_copied_from_a_key_frame(kind: str, make_video: MakeVideo, t
     video = make_video(kind)
     last = len(video.codes)
     how = check(video, tmp_path, min(15, last - 3), min(last, 33))
-    assert "not encoded anew" in how
+    assert "not re-encoded" in how
     assert len(list(tmp_path.iterdir())) == 1
 
 
 @pytest.mark.parametrize("kind", ENCODED)
 def test_other_codecs_are_encoded_again(kind: str, make_video: MakeVideo, tmp_path: Path) -> None:
     how = check(make_video(kind), tmp_path, 4, 11)
-    assert how.startswith("Encoded anew as H.264")
+    assert how.startswith("Re-encoded as H.264")
     assert ENCODED[kind] in how
 
 
 @pytest.mark.parametrize(("first", "stop"), [(0, 1), (0, 50), (12, 13), (11, 24), (49, 50)])
 def test_any_range_has_the_right_frames(first: int, stop: int, make_video: MakeVideo, tmp_path: Path) -> None:
-    assert "not encoded anew" in check(make_video("b_frames"), tmp_path, first, stop)
+    assert "not re-encoded" in check(make_video("b_frames"), tmp_path, first, stop)
 
 
 def test_a_jump_into_an_open_group_starts_at_a_decodable_picture(make_video: MakeVideo, tmp_path: Path) -> None:
@@ -150,11 +150,11 @@ def test_300_frames_of_720p_take_five_megabytes(threads: int, tmp_path: Path, mo
     assert transcode.size_limit(600, 1280, 720) == 2 * transcode.size_limit(300, 1280, 720)
     assert path.stat().st_size > 1.5 * allowed
     clip = cut_clip(path, frames, read_video_times)
-    assert clip.how.startswith("Encoded anew as H.264 in")
+    assert clip.how.startswith("Re-encoded as H.264 in")
     assert len(clip.data) < 1.15 * allowed, "rate control misses by some percent at most"
     assert len(clip.times_ns) == count
     exact = cut_clip(path, frames, read_video_times, exact=True)
-    assert "not encoded anew" in exact.how
+    assert "not re-encoded" in exact.how
     assert len(exact.data) > 1.5 * allowed
 
 

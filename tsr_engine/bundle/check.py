@@ -70,7 +70,7 @@ def _decode(bundle: Bundle, limits: VideoLimits) -> tuple[int, int]:
         if (video.width, video.height) != (info.width, info.height):
             raise ImportFormatError(
                 f"{bundle.name}: {info.file} has pictures of {video.width}x{video.height}, its manifest says "
-                f"{info.width}x{info.height}. Make the bundle anew."
+                f"{info.width}x{info.height}. Create the bundle again."
             )
         for frame in video.frames():
             count += 1
@@ -88,10 +88,10 @@ def _rewrite(bundle: Bundle, folder: Path) -> dict[str, tuple[int, int]]:
         header = reader.header
         first, last = reader.first_frame, reader.last_frame
         if (first, last) != (info.frames.start, info.frames.stop - 1):
-            raise ImportFormatError(f"{bundle.name}: the evidence is of other frames. Make the bundle anew.")
+            raise ImportFormatError(f"{bundle.name}: the evidence is of other frames. Create the bundle again.")
         for key in ("width", "height"):
             if header.frame_table.get(key) != getattr(info.clip, key):
-                raise ImportFormatError(f"{bundle.name}: the evidence is of pictures of another size. Make it anew.")
+                raise ImportFormatError(f"{bundle.name}: the evidence is of pictures of another size. Create it again.")
         clip = VideoIdentity(info.clip.file, info.clip.sha256, bundle.clip.stat().st_size)
         table = {**header.frame_table, "frames": info.frames.stop - info.clip.offset}
         new_header = replace(header, video=clip, frame_table=table)

@@ -120,7 +120,7 @@ def cut_clip(
         try:
             clip_path, offset = _copy(video, start, stop, folder, allowed)
             clip = Clip(
-                clip_path, offset, _clip_frames(decoded, offset), True, "The packets of the video, not encoded anew."
+                clip_path, offset, _clip_frames(decoded, offset), True, "The packets of the video, not re-encoded."
             )
             _verify(clip, allowed, progress)
         except UnfitPackets as error:
@@ -134,7 +134,7 @@ def cut_clip(
         for leftover in folder.glob(f"{CLIP_STEM}.*"):
             leftover.unlink()
         clip_path = _store_lossless(video, start, stop, folder)
-    how = f"Every picture stored anew without loss (FFV1), because {cause}."
+    how = f"Every picture re-encoded without loss (FFV1), because {cause}."
     clip = Clip(clip_path, start, _clip_frames(decoded, start), False, how)
     try:
         _verify(clip, allowed, progress)

@@ -61,7 +61,7 @@ def run_engine(
         if (video.width, video.height) != (manifest.clip.width, manifest.clip.height):
             raise VideoError(
                 f"{manifest.clip.file} of {bundle.name} has pictures of {video.width}x{video.height}, expected "
-                f"{manifest.clip.width}x{manifest.clip.height}. Make the bundle anew."
+                f"{manifest.clip.width}x{manifest.clip.height}. Create the bundle again."
             )
         core = TrackingCore(
             params,

@@ -129,7 +129,7 @@ def read_bundle(path: Path, folder: Path) -> Bundle:
     expectation = read_expectation(folder / EXPECTATION)
     span = expectation.span()
     if span is not None and not (manifest.frames.first <= span[0] and span[1] < manifest.frames.stop):
-        raise ImportFormatError(f"{EXPECTATION} is about frames that are not in the bundle. Make it anew.")
+        raise ImportFormatError(f"{EXPECTATION} is about frames that are not in the bundle. Create it again.")
     output = Output.from_rows(read_rows(folder / OUTPUT), manifest.frames.first, manifest.frames.stop)
     return Bundle(path.name, folder, manifest, frames, expectation, output)
 
@@ -151,11 +151,11 @@ def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]
     unpacked = set(names) - {MANIFEST}
     for name in (*_REQUIRED_FILES, manifest.clip.file):
         if name not in listed or name not in unpacked:
-            raise ImportFormatError(f"{bundle}: {name} is missing. Copy the bundle again, or make it anew.")
+            raise ImportFormatError(f"{bundle}: {name} is missing. Copy the bundle again, or create it again.")
     for name in sorted(listed.keys() - unpacked):
         raise ImportFormatError(f"{bundle}: {name[:120]!r} is missing. Copy the bundle again.")
     for name in sorted(unpacked - listed.keys()):
-        raise ImportFormatError(f"{bundle}: {name[:120]!r} is not in its {MANIFEST}. Make the bundle anew.")
+        raise ImportFormatError(f"{bundle}: {name[:120]!r} is not in its {MANIFEST}. Create the bundle again.")
     for name, entry in listed.items():
         path = folder / name
         if path.stat().st_size != entry.size or file_sha256(path) != entry.sha256:
@@ -166,9 +166,9 @@ def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]
             raise ImportFormatError(f"{bundle}: {name} has {entry.size} bytes, at most {_MAX_TEXT_BYTES} are read.")
     network = manifest.network
     if network is not None and network.inside and (NETWORK not in listed or listed[NETWORK].sha256 != network.sha256):
-        raise ImportFormatError(f"{bundle}: {NETWORK} is missing, or not the one of the run. Make the bundle anew.")
+        raise ImportFormatError(f"{bundle}: {NETWORK} is missing, or not the one of the run. Create the bundle again.")
     if listed[manifest.clip.file].sha256 != manifest.clip.sha256:
-        raise ImportFormatError(f"{bundle}: {MANIFEST} names two hashes of the clip. Make the bundle anew.")
+        raise ImportFormatError(f"{bundle}: {MANIFEST} names two hashes of the clip. Create the bundle again.")
 
 
 def _read_frames(path: Path, manifest: Manifest) -> tuple[BundleFrame, ...]:
@@ -181,18 +181,20 @@ def _read_frames(path: Path, manifest: Manifest) -> tuple[BundleFrame, ...]:
             try:
                 ordinal, clip, seconds, digest = int(row[0]), int(row[1]), float(row[2]), row[3]
             except (ValueError, IndexError):
-                raise ImportFormatError(f"{path.name}, line {number}: is not a frame. Make the bundle anew.") from None
+                raise ImportFormatError(
+                    f"{path.name}, line {number}: is not a frame. Create the bundle again."
+                ) from None
             expected = wanted.start + len(frames)
             if ordinal != expected or clip != ordinal - offset or clip < 0 or not math.isfinite(seconds):
                 raise ImportFormatError(
                     f"{path.name}, line {number}: expected frame {expected}, number {expected - offset} of the clip. "
-                    "Make the bundle anew."
+                    "Create the bundle again."
                 )
             frames.append(BundleFrame(ordinal, clip, seconds, digest))
             if len(frames) > wanted.stop - wanted.start:
                 break
     if len(frames) != wanted.stop - wanted.start:
         raise ImportFormatError(
-            f"{path.name} lists {len(frames)} frames, expected {wanted.stop - wanted.start}. Make the bundle anew."
+            f"{path.name} lists {len(frames)} frames, expected {wanted.stop - wanted.start}. Create the bundle again."
         )
     return tuple(frames)

@@ -159,7 +159,7 @@ class _BundleBuilder:
     def _check_video(self) -> None:
         known = self.reader.header.video
         if not display_path(self.request.video).is_file():
-            raise InputError(f"There is no video at {self.request.video}. Name {known.name} where it lies now.")
+            raise InputError(f"There is no video at {self.request.video}. Give its present path.")
         if video_sha256(self.request.video) != known.sha256:
             raise EvidenceError(
                 f"{self.request.video} is not the video of the run in {self.reader.folder}: that was {known.name} "

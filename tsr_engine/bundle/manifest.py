@@ -175,7 +175,7 @@ class Manifest(_Part):
                 f"{name} is not a bug bundle: {MANIFEST} does not state its version. Check the file."
             )
         if version != FORMAT:
-            advice = "Update tsr" if version > FORMAT else "Make the bundle anew"
+            advice = "Update tsr" if version > FORMAT else "Create the bundle again"
             raise ImportFormatError(
                 f"{name} is a bug bundle of format {version}, this version reads format {FORMAT}. {advice}."
             )
@@ -185,4 +185,4 @@ class Manifest(_Part):
             first = error.errors()[0]
             key_path = ".".join(map(str, first["loc"]))[:120] or "it"
             message = first["msg"][:200]
-            raise ImportFormatError(f"{name}, {MANIFEST}, {key_path}: {message}. Make the bundle anew.") from None
+            raise ImportFormatError(f"{name}, {MANIFEST}, {key_path}: {message}. Create the bundle again.") from None

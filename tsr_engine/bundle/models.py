@@ -100,10 +100,10 @@ def extract_models(source: Path, target: Path) -> Path:
         file = str(entry["file"])
         stored = source / f"{file}{_SUFFIX}"
         if Path(file).name != file or not stored.is_file():
-            raise ImportFormatError(f"The bundle lacks its model {name[:80]!r}. Make it anew.")
+            raise ImportFormatError(f"The bundle lacks its model {name[:80]!r}. Create it again.")
         with stored.open("rb") as stream, (target / file).open("wb") as out:
             if stream.read(len(_HEADER_LINE)) != _HEADER_LINE:
-                raise ImportFormatError(f"models/{stored.name} in the bundle is not a model. Make the bundle anew.")
+                raise ImportFormatError(f"models/{stored.name} in the bundle is not a model. Create the bundle again.")
             shutil.copyfileobj(stream, out)
         _check_size(target / file)
     return target
@@ -115,7 +115,7 @@ def _check_size(path: Path) -> None:
             size = sum(entry.file_size for entry in archive.infolist())
     except (zipfile.BadZipFile, ValueError, NotImplementedError):
         raise ImportFormatError(
-            f"models/{path.name} in the bundle is not a NumPy archive. Make the bundle anew."
+            f"models/{path.name} in the bundle is not a NumPy archive. Create the bundle again."
         ) from None
     if size > _MAX_BYTES:
         raise ImportFormatError(

@@ -117,7 +117,7 @@ def read_rows(path: Path) -> list[ResultRow]:
     rows: list[ResultRow] = []
     with path.open(encoding="utf-8", errors="replace", newline="") as stream:
         if stream.readline(200).rstrip("\r\n") != RESULT_HEADER:
-            raise ImportFormatError(f"{path.name}, line 1: expected {RESULT_HEADER}. Make the bundle anew.")
+            raise ImportFormatError(f"{path.name}, line 1: expected {RESULT_HEADER}. Create the bundle again.")
         for number, values in enumerate(csv.reader(stream), 2):
             try:
                 frame, track, x1, y1, x2, y2, label, score, source = values
@@ -134,9 +134,9 @@ def read_rows(path: Path) -> list[ResultRow]:
                 )
             except ValueError:
                 raise ImportFormatError(
-                    f"{path.name}, line {number}: is not a row of results. Make the bundle anew."
+                    f"{path.name}, line {number}: is not a row of results. Create the bundle again."
                 ) from None
             if not all(np.isfinite(row[2:6])):
-                raise ImportFormatError(f"{path.name}, line {number}: a box is not finite. Make the bundle anew.")
+                raise ImportFormatError(f"{path.name}, line {number}: a box is not finite. Create the bundle again.")
             rows.append(row)
     return rows

@@ -103,7 +103,7 @@ def _describe_lead_in(manifest: Manifest) -> str:
     text += f" Those before {frames.first} only lead in, so that the engine knows what it knew in the run."
     if not frames.whole_lead_in:
         text += (
-            f" That is not quite so here: signs that were in view before frame {frames.start} are found anew, so "
+            f" That is not quite so here: signs that were in view before frame {frames.start} are found again, so "
             "numbers, votes and the first boxes may differ from the report."
         )
     return text

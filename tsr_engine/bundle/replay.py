@@ -100,7 +100,7 @@ def bundle_params(bundle: Bundle) -> tuple[Params, list[str]]:
     stored: JsonObject = {}
     for section, values in current_sections(bundle.manifest.run.parameters).items():
         if not isinstance(values, dict):
-            raise ImportFormatError(f"{bundle.name}: the parameters of the run are damaged. Make the bundle anew.")
+            raise ImportFormatError(f"{bundle.name}: the parameters of the run are damaged. Create the bundle again.")
         stored |= {f"{section}.{name}": tuple(v) if isinstance(v, list) else v for name, v in values.items()}
     params, problems = Params().with_settings(VALUES_IN_OLD_RUNS.items()), []
     for name, value in stored.items():

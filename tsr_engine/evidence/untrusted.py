@@ -60,7 +60,7 @@ def check_untrusted(path: Path, frames: int) -> None:
                     )
     except sqlite3.OperationalError as error:
         if checks_left < 0:
-            raise EvidenceError(f"{path.name} takes too long to look at for {frames} frames.") from None
+            raise EvidenceError(f"{path.name} takes too long to check for {frames} frames.") from None
         raise EvidenceError(f"{path.name} cannot be read: {error}.") from None
     except sqlite3.DatabaseError as error:
         raise EvidenceError(f"{path.name} cannot be read: {error}.") from None
@@ -81,7 +81,7 @@ def _check_schema(path: Path, store: sqlite3.Connection) -> None:
     difference = (
         "lacks a table" if other is None else f"has the {str(other[0])[:20]} {str(other[1])[:60]!r}, which is not ours"
     )
-    raise EvidenceError(f"{path.name} {difference}. Make it anew with this version.")
+    raise EvidenceError(f"{path.name} {difference}. Create it again with this version.")
 
 
 def _is_earlier(row: tuple[str, str, str, str | None]) -> bool:

@@ -126,7 +126,7 @@ class OutwardPass:
             "picture edge": f"The sign leaves the picture {preposition} frame {frame}.",
             "small": f"The sign is narrower than {MIN_WIDTH_PX:g} px {preposition} frame {frame}.",
             "gone": f"The sign is not found {preposition} frame {frame}; the search ended at frame {last_frame}.",
-            "cut": f"The film is cut {preposition} frame {last_frame}, and the sign is not on the other side.",
+            "cut": f"There is a scene cut {preposition} frame {last_frame}, and the sign is not on the other side.",
             "cancelled": f"Following was cancelled {preposition} frame {frame}.",
         }
         return Ending(self._direction, frame, reason, sentences[reason])

@@ -33,7 +33,7 @@ Source = Literal["anchor", "detected", "matched", "predicted"]
 template matches. ``predicted``: the sign is hidden, and the box follows its motion."""
 Reason = Literal["video", "limit", "picture edge", "small", "gone", "cut", "cancelled"]
 """Why a direction ends: the video ends; the range of frames ends; the sign leaves the picture; it is narrower than
-:data:`MIN_WIDTH_PX`; it is not found any more; the film is cut; the caller cancelled."""
+:data:`MIN_WIDTH_PX`; it is not found any more; there is a scene cut; the caller cancelled."""
 
 
 class VideoFrame(Protocol):

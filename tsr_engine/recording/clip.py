@@ -97,7 +97,7 @@ def cut_clip(
     data, count = encode_frames(path, frames, allowed, table)
     _check_size(path, len(data))
     times_ns = _times_of_wanted(read_times(data), np.arange(count))
-    return Clip(data, times_ns, f"Encoded anew as H.264, because {cause}.")
+    return Clip(data, times_ns, f"Re-encoded as H.264, because {cause}.")
 
 
 def _times_of_wanted(times_ns: Ints, wanted: Ints) -> Ints:
@@ -131,11 +131,11 @@ def _copy_packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact:
             encoded = encode_packets(stream, packets, frames.pts, budget)
             if encoded is not None and len(encoded) < size:
                 encoded_mb = len(encoded) / 1e6
-                how = f"Encoded anew as H.264 in {encoded_mb:.1f} MB, because its packets take {size / 1e6:.1f} MB."
+                how = f"Re-encoded as H.264 in {encoded_mb:.1f} MB, because its packets take {size / 1e6:.1f} MB."
                 return encoded, np.arange(len(frames)), how
         target = BytesIO()
         copy_packets(target, stream, packets, pts, "mp4")
-        how = f"The packets of the video ({codec}), not encoded anew."
+        how = f"The packets of the video ({codec}), not re-encoded."
         return target.getvalue(), np.searchsorted(pts, frames.pts), how
 
 

@@ -289,7 +289,7 @@ def _refine_classifier_part(
     classifier, moment = SignClassifier.from_component(old), memory.arrays["moment"].astype(np.float64)
     if len(moment) != classifier.features.length + 1:
         raise ModelError(
-            "The memory of the earlier version is of a classifier with other features. Make it anew with "
+            "The memory of the earlier version is of a classifier with other features. Create it again with "
             "`tsr train memory`, or leave the classifier out."
         )
     tracks = int(memory.data.get("tracks", 1))

@@ -17,14 +17,14 @@ const FIGURES = /** @type {Record<string, [string, 1|-1|0, boolean]>} */ ({
   'recall_at_0.2': ['Recall at 0.2 false detections a picture', 1, true],
   recall_at_1: ['Recall at 1 false detection a picture', 1, true],
   mean_eq7: ['Localisation error (Eq. 7)', -1, false],
-  accuracy: ['Crops read right', 1, true],
-  accuracy_shaken_boxes: ['Crops read right, shaken boxes', 1, true],
+  accuracy: ['Crops classified correctly', 1, true],
+  accuracy_shaken_boxes: ['Crops classified correctly, displaced boxes', 1, true],
   negative_log_likelihood: ['Negative log-likelihood', -1, false],
-  crops_right: ['Crops read right', 1, true],
-  signs_right: ['Signs read right', 1, true],
+  crops_right: ['Crops classified correctly', 1, true],
+  signs_right: ['Signs classified correctly', 1, true],
   signs_kept: ['Signs still detected', 1, true],
   others_kept: ['Background still refused', 1, true],
-  crops_kept: ['Crops still read right', 1, true],
+  crops_kept: ['Crops still classified correctly', 1, true],
 });
 
 /** Fields that hold the amounts of data behind the figures. */
@@ -40,7 +40,7 @@ const GROUPS = /** @type {Record<string, [string, string]>} */ ({
   gtsrb: ['GTSRB tracks', 'Tracks that training held out.'],
   detector: ['Detector', 'On scenes that it was not trained on.'],
   classifier: ['Classifier', 'On tracks that it was not trained on.'],
-  network_classifier: ['Network beside the classifier', 'On tracks that it was not trained on.'],
+  network_classifier: ['Network with the classifier', 'On tracks that it was not trained on.'],
   prior: ['Spatial prior', 'Detection with the prior, on scenes that it was not trained on.'],
   online: ['Online detector', ''],
   other_shapes: ['Signs outside the classes', 'On scenes that a model of the other scenes judges.'],

@@ -108,7 +108,7 @@ function signAt({ side: placeSide, tracks, pairs }, truthSide, index) {
  * @returns {{element: HTMLElement, show: (places: Places) => void}}
  */
 export function createPlaceList(app, comparison, labels, onChange) {
-  const element = h('aside.compare-places', { 'aria-label': 'Places behind a number', tabIndex: -1 });
+  const element = h('aside.compare-places', { 'aria-label': 'Frames behind a figure', tabIndex: -1 });
   fill(
     element,
     h('div.empty', icon('select'), h('h2', 'Places'), h('p', 'Choose a number to list the frames behind it. Each opens in the review.')),

@@ -120,7 +120,7 @@ function stateOf(video, runs) {
   const lines = [];
   if (video.missing) {
     lines.push(
-      message('warn', 'The file is missing. Put it back, or add it from its new place; runs and corrections are kept.', video.path),
+      message('warn', 'The file is missing. Put it back, or add it from its new path; runs and corrections are kept.', video.path),
     );
   }
   if (video.state === 'importing') {

@@ -88,9 +88,7 @@ export function outputWarnings({ summary }) {
     .filter(([, names]) => Array.isArray(names) && names.length > 0)
     .map(([side, names]) => `The ${side} part has no sign of ${listNames(names.map(String), MAX_NAMED_LABELS)}, which others have.`);
   const open = Number(summary.open_left ?? 0);
-  return open > 0
-    ? [...splitWarnings, `${plural(open, 'open track')} left out: nobody has judged or edited ${open === 1 ? 'it' : 'them'} yet.`]
-    : splitWarnings;
+  return open > 0 ? [...splitWarnings, `${plural(open, 'open track')} left out: not reviewed or edited yet.`] : splitWarnings;
 }
 
 /**

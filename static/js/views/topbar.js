@@ -84,7 +84,7 @@ export function createTopBar(app) {
     h('a.nav-link', { href: '#/', dataset: { screen: 'library' } }, 'Library'),
     h(
       'a.nav-link',
-      { href: '#/search', title: 'Find signs in all videos, and judge or relabel many at once', dataset: { screen: 'search' } },
+      { href: '#/search', title: 'Find signs in all videos, and review or relabel many at once', dataset: { screen: 'search' } },
       'Search',
     ),
     h('a.nav-link', { href: '#/files', dataset: { screen: 'files' } }, 'Files', activeCount),

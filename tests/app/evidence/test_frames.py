@@ -163,7 +163,7 @@ def test_a_frame_without_a_verdict_has_no_explanation(home: Any) -> None:
     track = first_track(home)
     birth = home.evidence.track(home.run_id, track).frame[0]
     for frame in (birth, 75, 2**31 - 2):  # the run ends at 74
-        with pytest.raises(NotFound, match=f"did not judge track {track} in frame {frame}"):
+        with pytest.raises(NotFound, match=f"gave no verdict on track {track} in frame {frame}"):
             home.pixels.explain(home.run_id, track, frame)
 
 

@@ -68,7 +68,7 @@ def test_a_recording_has_corrections_and_ground_truth(server: Server, home: Any)
     assert made["state"] == "complete", made["error"]
     summary = made["summary"]
     assert (summary["first"], summary["stop"]) == (FIRST, STOP)
-    assert "not encoded anew" in summary["picture"]
+    assert "not re-encoded" in summary["picture"]
     assert summary["boxes"]["truth"] == 1
     assert summary["boxes"]["corrected"] > 0
     assert summary["edits"] == saved.json()["seq"]
@@ -154,7 +154,7 @@ def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
     assert command(["record", str(bare), *frames]) == 0
     assert "no picture" in capsys.readouterr().err
     assert command(["record", str(bare), "--video", str(home.video), *frames, "--at", "9", "--track", "1"]) == 0
-    assert "not encoded anew" in capsys.readouterr().out
+    assert "not re-encoded" in capsys.readouterr().out
     for wrong, reported in (
         (["--at", "40"], "one of the recorded frames, 3 to 39"),
         (["--track", "99"], "number of one of the run's"),

@@ -187,7 +187,7 @@ test('missing labels of a split part and omitted open tracks are reported', () =
   const lacks = { val: ['stop', '<b>boar</b>'], test: [] };
   assert.deepEqual(outputWarnings(output({ summary: { split: { lacks }, open_left: 1 } })), [
     'The val part has no sign of stop, <b>boar</b>, which others have.',
-    '1 open track left out: nobody has judged or edited it yet.',
+    '1 open track left out: not reviewed or edited yet.',
   ]);
   assert.match(
     outputWarnings(output({ summary: { split: { lacks: { train: Array.from({ length: 9 }, (_, i) => `s${i}`) } } } }))[0],

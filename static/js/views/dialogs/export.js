@@ -22,7 +22,7 @@ import { choiceInput, field, group, messageWithField, numberInput, switchLabel }
 /** @typedef {import('../../types.js').ExportRequest} ExportRequest */
 
 const STATES = /** @type {const} */ ([
-  ['open', 'Open', 'Not judged or edited yet.'],
+  ['open', 'Open', 'Not reviewed or edited yet.'],
   ['edited', 'Edited', 'Open tracks that a person has drawn, moved, relabelled or split.'],
   ['accepted', 'Accepted', ''],
   ['needs_work', 'Needs work', ''],

@@ -231,7 +231,7 @@ export function relabelDialog({ app, data, close, signal }) {
   if (!draft) picker.onEnter(close);
   const notInSetButton = h(
     'button.btn',
-    { title: 'A sign that no label of the set names', onclick: () => applyLabel(NO_CLASS) },
+    { title: 'A sign without a label in the set', onclick: () => applyLabel(NO_CLASS) },
     'Not in the set',
   );
   const resetButton = h('button.btn', { onclick: () => applyLabel(null) });

@@ -70,7 +70,7 @@ export function createExplain(app, signal) {
       const engineLines = hasBox
         ? [
             describeSource(lane, at),
-            verdict ?? 'The gate judged no prediction in this frame.',
+            verdict ?? 'The gate gave no verdict in this frame.',
             verdict && describeSymmetry(lane, at),
             readAs(inspected, at),
           ]
