@@ -40,7 +40,7 @@ def note_compilation(task: TaskContext) -> Iterator[None]:
             return True
         return False
 
-    with resolve_name(f"{_COMPILING_MODULE}:reporting_compilation")(report, CHECK_INTERVAL_S):
+    with resolve_name(f"{_COMPILING_MODULE}:report_compilation")(report, CHECK_INTERVAL_S):
         yield
 
 
@@ -51,7 +51,7 @@ def note_preparation(database: Database, jobs: JobQueue, lane: Lane) -> Iterator
     The task of a job removes the note when it begins.
     """
     noted: set[str] = set()
-    with resolve_name(f"{_COMPILING_MODULE}:watching_compilation")() as current_note:
+    with resolve_name(f"{_COMPILING_MODULE}:watch_compilation")() as current_note:
 
         def update_notes() -> None:
             nonlocal noted
