@@ -296,7 +296,7 @@ def _merge(docs: Docs, doc: TrackDoc, command: c.Merge) -> dict[str, TrackDoc]:
     for key in dict.fromkeys(command.others):
         other = docs.get(key)
         if other is None or other.gone or key == doc.key:
-            raise CommandError(f"Track {key} cannot be merged: it was deleted, or is the same track.")
+            raise CommandError(f"Track {key} cannot be merged: it is gone, or the same track.")
         doc = join(doc, other)
         changed[key] = other.model_copy(update={"gone": True, "merged_into": doc.key})
     return {doc.key: doc, **changed}

@@ -22,7 +22,7 @@ from app.storage.polling import Polled
 from tsr_engine.errors import UsageError
 from tsr_engine.io.storage_problems import database_problem
 
-__all__ = ["PING_INTERVAL_S", "WAIT_MS", "Database", "sqlite_file", "storage_failure"]
+__all__ = ["NETWORK_OPTIONS", "PING_INTERVAL_S", "WAIT_MS", "Database", "sqlite_file", "storage_failure"]
 
 T = TypeVar("T")
 
@@ -37,6 +37,17 @@ tracks than tracks with a note or of a few videos, and each search scanned all o
 
 PING_INTERVAL_S = 1.0
 """Seconds after a test in which a connection to PostgreSQL is not tested again."""
+NETWORK_OPTIONS: Final = {
+    "connect_timeout": 5,
+    "tcp_user_timeout": 15_000,
+    "keepalives_idle": 10,
+    "keepalives_interval": 5,
+    "keepalives_count": 3,
+}
+"""Options of libpq, s and ms: a network that drops packets ends a query after 25 s, not after the kernel's 15 minutes.
+
+The address of the database may name others.
+"""
 _PINGED_AT: Final = "tsr_pinged_at"
 _FULL: Final = "53100"
 _READ_ONLY: Final = "25006"
@@ -103,7 +114,10 @@ class Database:
         else:
             # one per thread of the server: a connection beyond the pool costs more than an edit
             options = {"tsr_server": server, "tsr_shared": shared}
-            self.engine = create_engine(address, pool_size=40, max_overflow=8, execution_options=options)
+            network = {name: value for name, value in NETWORK_OPTIONS.items() if name not in address.query}
+            self.engine = create_engine(
+                address, pool_size=40, max_overflow=8, execution_options=options, connect_args=network
+            )
             event.listen(self.engine, "checkout", self._on_checkout)
         self._closed = False
         event.listen(self.engine, "checkin", self._on_checkin)

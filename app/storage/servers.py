@@ -139,6 +139,8 @@ class Servers:
     """Seconds between heartbeats."""
     heartbeat_timeout = 120.0
     """Seconds without a heartbeat after which a server counts as dead."""
+    patience = 60.0
+    """Seconds that the database may take to end this server's own lost connection, which holds the id."""
 
     def __init__(self, database: Database, home: Path) -> None:
         self._database = database
@@ -147,6 +149,8 @@ class Servers:
         self._lock = threading.Lock()
         self._seen: dict[str, tuple[int, float]] = {}
         self._shared: set[str] = set()
+        self._refused: float | None = None
+        """Time of the first refusal of the id in a row."""
 
     def register(self) -> None:
         """Register this server as the only one with its id.
@@ -204,6 +208,8 @@ class Servers:
 
     def _try_heartbeat(self) -> None:
         with suppress(SQLAlchemyError):  # the next heartbeat may succeed again
-            if not self._id_lock.ensure():
+            now = time.monotonic()
+            self._refused = None if self._id_lock.ensure() else self._refused or now
+            if self._refused is not None and now - self._refused >= self.patience:
                 _log.error("Another server uses the id of this data folder: one is a copy of the other. Stop one.")
             self.beat()

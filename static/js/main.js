@@ -189,6 +189,8 @@ const live = startLiveUpdates(app, {
     void editor.refresh();
   },
 });
+// the browser knows that a network has gone or come: the present connection may be dead
+for (const change of ['online', 'offline']) addEventListener(change, live.retry, { signal: pageEnd.signal });
 void live.reload();
 store.dispatch(setTheme, rememberedTheme());
 readRoute();

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 import requests
+from sqlalchemy.exc import OperationalError
 
 from app.events import EventBus
 from tests.app.threaded_server import ThreadedServer, serve_in_thread
@@ -83,6 +84,18 @@ def test_three_heartbeats_come_before_a_page_counts_its_connection_as_lost(live_
         began = time.monotonic()
         assert next(line for line in page.lines if line.startswith(":")) == ": still here"
         assert time.monotonic() - began < 12 / 2
+
+
+def test_a_stream_ends_cleanly_when_the_database_is_lost(
+    live_server: ThreadedServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def has_access(_identity: object) -> bool:
+        raise OperationalError("SELECT 1", {}, ConnectionError("the network is gone"))
+
+    monkeypatch.setattr(live_server.server.context.access, "has_access", has_access)
+    with closing(EventStream(live_server)) as page:
+        assert page.next()[0] == "hello"
+        assert [line for line in page.lines if line] == [], "an error would break the connection"
 
 
 def test_reconnecting_loses_and_repeats_no_event(live_server: ThreadedServer) -> None:

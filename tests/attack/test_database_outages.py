@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from sqlalchemy import text
+from sqlalchemy import make_url, text
 from sqlalchemy.exc import DBAPIError, OperationalError
 
 from app.errors import Busy, StorageFull
@@ -18,10 +18,12 @@ from app.jobs.context import TaskContext
 from app.jobs.kinds import JobKind, JobKinds
 from app.jobs.queue import JobQueue
 from app.settings import Settings
+from app.storage import database as storage
 from app.storage.database import Database, storage_failure
 from app.storage.models import Job
 from tests.app.databases import Cluster, new_database, running_cluster
 from tests.app.toy_server import Server
+from tests.attack.dropped_packets import Way
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +66,29 @@ def test_a_lost_connection_is_an_outage(own_cluster: Cluster) -> None:
         session.execute(text("SELECT pg_terminate_backend(pg_backend_pid())"))
     assert isinstance(storage_failure(cut.value), Busy)
     database.close()
+
+
+def test_a_network_that_drops_packets_is_an_outage(own: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The query fails when its packets are not acknowledged in time, and the next one waits for no answer either."""
+    monkeypatch.setattr(
+        storage, "NETWORK_OPTIONS", {**storage.NETWORK_OPTIONS, "connect_timeout": 2, "tcp_user_timeout": 2000}
+    )
+    folder = make_url(own.url).query["host"]
+    with Way(f"{folder}/.s.PGSQL.5432") as way:
+        database = Database(f"postgresql+psycopg://tsr@127.0.0.1:{way.port}/postgres")
+        with database.read() as session:
+            session.execute(text("SELECT 1"))
+        way.drop()
+        for _ in range(2):
+            began = time.monotonic()
+            with pytest.raises(OperationalError) as failed, database.read() as session:
+                session.execute(text("SELECT 1"))
+            assert time.monotonic() - began < 20
+            assert isinstance(storage_failure(failed.value), Busy)
+        way.restore()
+        with database.read() as session:
+            assert session.execute(text("SELECT 1")).scalar() == 1
+        database.close()
 
 
 @pytest.mark.parametrize(

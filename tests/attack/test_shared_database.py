@@ -193,6 +193,28 @@ def test_a_copied_data_folder_does_not_start_beside_the_original(tmp_path: Path,
         assert again.get("/api/videos").status_code == 200
 
 
+@pytest.mark.parametrize(("patience", "said"), [(60.0, False), (0.0, True)])
+def test_a_lost_connection_of_its_own_is_not_another_server(
+    tmp_path: Path,
+    cluster: str,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    patience: float,
+    said: bool,
+) -> None:
+    """After an outage of the network the database takes half a minute to end the connection that holds the id."""
+    refused: list[bool] = []
+    taken = SimpleNamespace(keep=lambda: refused.append(True))
+    monkeypatch.setattr("app.storage.places.IdLock", lambda _: taken)
+    monkeypatch.setattr(Servers, "every", 0.05)
+    monkeypatch.setattr(Servers, "patience", patience)
+    database = Database(new_database(cluster), "0" * 32)
+    with Servers(database, tmp_path).heartbeat():
+        wait_until(lambda: len(refused) > 2)
+    assert ("Another server uses the id" in caplog.text) is said
+    database.close()
+
+
 def test_the_id_is_locked_again_after_the_database_has_restarted(tmp_path: Path, cluster: str) -> None:
     url = new_database(cluster)
     one, other = Database(url, "0" * 32), Database(url, "0" * 32)

@@ -11,6 +11,15 @@ from playwright.sync_api import Page, Route, expect
 from tests.e2e.review_session import ReviewSession, open_address
 
 
+def test_a_lost_network_is_a_banner_within_seconds(page: Page) -> None:
+    """The browser says so at once; the page need not wait until its connection has been silent for long."""
+    page.context.set_offline(True)
+    lost = page.locator(".banner", has_text="The server cannot be reached.")
+    expect(lost).to_be_visible(timeout=10_000)
+    page.context.set_offline(False)
+    expect(lost).to_have_count(0)
+
+
 @pytest.mark.parametrize("screen", ["#/search", "#/"])
 def test_pictures_that_could_not_be_loaded_are_loaded_when_the_server_is_back(
     review: ReviewSession, page: Page, screen: str

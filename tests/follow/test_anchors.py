@@ -93,7 +93,7 @@ def test_only_known_signs_are_extended_beyond_the_edge() -> None:
     inside = [Anchor(2, np.array([20.0, 50.0, 48.0, 90.0]))]
     assert place_anchors(MADE.source(), cut, look)[0].box.tolist() == [-12.0, 50.0, 28.0, 90.0]
     assert place_anchors(MADE.source(), cut, None)[0].box.tolist() == [-4.0, 50.0, 28.0, 90.0]
-    assert place_anchors(MADE.source(), cut, None)[0].shown.tolist() == [0.0, 50.0, 28.0, 90.0]
+    assert place_anchors(MADE.source(), cut, None)[0].visible_box.tolist() == [0.0, 50.0, 28.0, 90.0]
     assert place_anchors(MADE.source(), said, None)[0].box.tolist() == [-10.0, 50.0, 28.0, 90.0]
     assert place_anchors(MADE.source(), inside, look)[0].box.tolist() == [20.0, 50.0, 48.0, 90.0]
 

@@ -56,10 +56,10 @@ def test_a_repeated_time_stamp_has_no_extra_weight() -> None:
     level, steady = VerticalDriftFilter(60), VerticalDriftFilter(60)
     for _ in range(20):
         level.remove_drift((0.0, 0.1))
-        steady.of((0.0, 0.1))
+        steady.remove_drift((0.0, 0.1))
     assert level.remove_drift((0.0, 2.0), dt=1e-3) == (0.0, pytest.approx(2.0, abs=0.01))
     assert [level.remove_drift((0.0, dy)) for dy in (2.0, -2.0, 2.0)] == [
-        steady.of((0.0, dy)) for dy in (2.0, -2.0, 2.0)
+        steady.remove_drift((0.0, dy)) for dy in (2.0, -2.0, 2.0)
     ]
 
 

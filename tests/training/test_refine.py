@@ -46,7 +46,7 @@ def memory() -> Component:
 @pytest.fixture(scope="module")
 def remembered(memory: Component) -> tuple[Samples, Samples]:
     a = memory.arrays
-    return Samples.from_arrays(a, "signs"), Samples.remembered(a, "others")
+    return Samples.from_arrays(a, "signs"), Samples.from_arrays(a, "others")
 
 
 @pytest.fixture(scope="module")

@@ -37,10 +37,10 @@ class PlacedAnchor:
 
     Attributes:
         frame: ordinal.
-        shown: the person's box, shape (4,), px, clipped to the picture.
+        visible_box: the person's box, shape (4,), px, clipped to the picture.
         box: the whole sign's box, shape (4,), px; may reach beyond the picture.
         template: template of the sign.
-        guess: error of the box if it reaches beyond the picture, as a share of its size; 0 for a box within.
+        extension_error: error of the box if it reaches beyond the picture, as a share of its size; 0 for a box within.
     """
 
     frame: int

@@ -13,7 +13,7 @@ import { sleep } from './sleep.js';
 /**
  * @typedef {object} Stream
  * @property {() => void} close
- * @property {() => void} retry     connect at once instead of waiting
+ * @property {() => void} retry     connect anew at once: the present connection may be dead, and waiting is not needed
  * @property {() => number|null} last   number of the newest received event
  */
 
@@ -50,6 +50,7 @@ export function openStream(options) {
   /** @type {number|null} */
   let last = options.after ?? null;
   let delayAborter = new AbortController();
+  let silenceAborter = new AbortController();
   let delay = MIN_RETRY_DELAY_MS;
 
   /** @param {{id: string, event: string, data: string}} message */
@@ -78,7 +79,7 @@ export function openStream(options) {
   }
 
   async function listen() {
-    const silenceAborter = new AbortController();
+    const connectionAborter = (silenceAborter = new AbortController());
     /** @type {Record<string, string>} */
     const headers = { Accept: 'text/event-stream' };
     if (last !== null) headers['Last-Event-ID'] = String(last);
@@ -86,11 +87,11 @@ export function openStream(options) {
     let timer;
     const restartSilenceTimer = () => {
       clearTimeout(timer);
-      timer = setTimeout(() => silenceAborter.abort(), maxSilenceMs);
+      timer = setTimeout(() => connectionAborter.abort(), maxSilenceMs);
     };
     restartSilenceTimer();
     try {
-      const answer = await fetch(url, { headers, signal: AbortSignal.any([closed, silenceAborter.signal]), credentials: 'same-origin' });
+      const answer = await fetch(url, { headers, signal: AbortSignal.any([closed, connectionAborter.signal]), credentials: 'same-origin' });
       if (answer.status === 401 || answer.status === 403) {
         onDenied?.();
         throw new Error(`events: ${answer.status}`);
@@ -131,6 +132,7 @@ export function openStream(options) {
     close: () => aborter.abort(),
     retry: () => {
       delay = MIN_RETRY_DELAY_MS;
+      silenceAborter.abort();
       delayAborter.abort();
     },
     last: () => last,

@@ -33,7 +33,7 @@ export function merge(docs, doc, command) {
   for (const key of new Set(command.others ?? [])) {
     const other = docs[key];
     if (!other || other.gone || key === doc.key) {
-      throw new CommandError(`Track ${key} cannot be merged: it was deleted, or is the same track.`);
+      throw new CommandError(`Track ${key} cannot be merged: it is gone, or the same track.`);
     }
     doc = join(doc, other);
     changed[key] = { ...other, gone: true, merged_into: doc.key };

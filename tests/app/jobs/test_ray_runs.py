@@ -165,7 +165,7 @@ def test_a_run_that_waits_for_the_cluster_says_so_once(monkeypatch: pytest.Monke
     components: Any = SimpleNamespace(models={})
     try:
         request = RunRequest(Path("drive.mp4"), Params())
-        report = executor.track_somewhere(task, request, components, None, lambda _: None)
+        report = executor.run_engine(task, request, components, None, lambda _: None)
     finally:
         resource.setrlimit(resource.RLIMIT_AS, limits)
         signal.signal(signal.SIGTERM, on_sigterm)

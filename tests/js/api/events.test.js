@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createParser, openStream } from '../../../static/js/api/events.js';
+import { waitUntil } from '../wait_until.js';
 
 /** @param {string} text @param {number} size @returns {string[]} */
 const pieces = (text, size) => Array.from({ length: Math.ceil(text.length / size) }, (_, at) => text.slice(at * size, (at + 1) * size));
@@ -142,4 +143,28 @@ test('a connection without a byte for twelve seconds, three heartbeats, counts a
   await read();
   assert.deepEqual(states, ['online', 'offline']);
   stream.close();
+});
+
+test('a retry ends a connection that may be dead, and the next one continues after the last number', async () => {
+  const requestedIds = /** @type {(string|null)[]} */ ([]);
+  const fetch = /** @type {any} */ (
+    async (/** @type {string} */ _, /** @type {RequestInit} */ { headers, signal }) => {
+      requestedIds.push(new Headers(headers).get('Last-Event-ID'));
+      const body = new ReadableStream({
+        start(controller) {
+          controller.enqueue(new TextEncoder().encode('id: 7\nevent: hello\ndata: {}\n\n'));
+          signal?.addEventListener('abort', () => controller.error(new Error('aborted')));
+        },
+      });
+      return new Response(body);
+    }
+  );
+  const states = /** @type {string[]} */ ([]);
+  const stream = openStream({ fetch, onEvent: () => {}, onConnection: (state) => states.push(state), wait: async () => {} });
+  await waitUntil(() => states.length === 1);
+  stream.retry();
+  await waitUntil(() => states.length === 3);
+  stream.close();
+  assert.deepEqual(states, ['online', 'offline', 'online']);
+  assert.deepEqual(requestedIds, [null, '7']);
 });

@@ -39,14 +39,16 @@ test('runs of a video that is not loaded are not made up from one event', () => 
 });
 
 test('a banner replaces the one of its id; what changes nothing is the same state', () => {
-  const state = actions.showBanner(actions.showBanner(initialState(), { id: 'x', tone: 'info', text: '1' }), {
-    id: 'x',
-    tone: 'error',
-    text: '2',
+  const both = actions.showBanner(actions.showBanner(initialState(), { id: 'x', tone: 'info', text: '1' }), {
+    id: 'z',
+    tone: 'info',
+    text: '3',
   });
+  const state = actions.showBanner(both, { id: 'x', tone: 'error', text: '2' });
   assert.deepEqual(
     state.banners.map(({ text }) => text),
-    ['2'],
+    ['2', '3'],
+    'in its place',
   );
   assert.equal(actions.hideBanner(state, 'y'), state);
   assert.equal(actions.setConnection(state, 'online'), state);

@@ -95,8 +95,9 @@ export const setElsewhere = (state, elsewhere) => (state.elsewhere.length + else
  * @returns {State}
  */
 export function showBanner(state, banner) {
-  const others = state.banners.filter((other) => other.id !== banner.id);
-  return { ...state, banners: [...others, banner] };
+  const shown = state.banners.some(({ id }) => id === banner.id);
+  const banners = shown ? state.banners.map((one) => (one.id === banner.id ? banner : one)) : [...state.banners, banner];
+  return { ...state, banners };
 }
 
 /** @param {State} state @param {string} id @returns {State} */

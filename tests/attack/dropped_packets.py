@@ -1,0 +1,81 @@
+"""A way to a PostgreSQL cluster over TCP whose packets can be dropped, as a broken network does."""
+
+from __future__ import annotations
+
+import ctypes
+import socket
+import struct
+import threading
+from contextlib import suppress
+from types import TracebackType
+from typing import Final
+
+_ATTACH: Final = 26
+_DETACH: Final = 27
+_DROP_ALL: Final = ctypes.create_string_buffer(struct.pack("HBBI", 0x06, 0, 0, 0))
+"""A filter of Linux for packets (BPF) that returns 0: keep no byte."""
+
+
+class Way:
+    """Forwards connections from a TCP port to a socket file; a context manager.
+
+    While packets are dropped, neither side gets an answer: no reset, and no acknowledgement.
+
+    Args:
+        target: path of the socket file.
+
+    Attributes:
+        port: the TCP port, on 127.0.0.1.
+    """
+
+    def __init__(self, target: str) -> None:
+        self._target = target
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port = int(self._listener.getsockname()[1])
+        self._open: list[socket.socket] = [self._listener]
+        self._far: list[socket.socket] = []
+        self._clear = threading.Event()
+        self._clear.set()
+
+    def __enter__(self) -> Way:
+        threading.Thread(target=self._accept, daemon=True).start()
+        return self
+
+    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
+        self._clear.set()
+        for one in (*self._open, *self._far):
+            with suppress(OSError):
+                one.shutdown(socket.SHUT_RDWR)
+            one.close()
+
+    def drop(self) -> None:
+        """Drop all packets from now on."""
+        self._clear.clear()
+        program = struct.pack("HL", 1, ctypes.addressof(_DROP_ALL))
+        for one in self._open:
+            one.setsockopt(socket.SOL_SOCKET, _ATTACH, program)
+
+    def restore(self) -> None:
+        """Let packets through again."""
+        for one in self._open:
+            with suppress(OSError):
+                one.setsockopt(socket.SOL_SOCKET, _DETACH, 0)
+        self._clear.set()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                near, _ = self._listener.accept()
+                self._open.append(near)
+                far = socket.socket(socket.AF_UNIX)
+                self._far.append(far)
+                far.connect(self._target)
+                for source, sink in ((near, far), (far, near)):
+                    threading.Thread(target=self._pump, args=(source, sink), daemon=True).start()
+
+    def _pump(self, source: socket.socket, sink: socket.socket) -> None:
+        with suppress(OSError):
+            while data := source.recv(65536):
+                self._clear.wait()
+                sink.sendall(data)
+            sink.shutdown(socket.SHUT_WR)
