@@ -6,6 +6,8 @@ import logging
 
 from sqlalchemy.exc import DBAPIError
 
+from tsr_engine.errors import TsrError
+
 __all__ = ["LogOnce"]
 
 
@@ -27,8 +29,10 @@ class LogOnce:
         text = str(error.orig) if isinstance(error, DBAPIError) else str(error)
         if text != self._reported:
             self._reported = text
-            expected = isinstance(error, DBAPIError | OSError)
-            self._log.warning("%s: %s. It is tried again.", self._what, text, exc_info=None if expected else error)
+            expected = isinstance(error, DBAPIError | OSError | TsrError)
+            self._log.warning(
+                "%s: %s. It is tried again.", self._what, text.rstrip("."), exc_info=None if expected else error
+            )
 
     def recovered(self) -> None:
         """Log that the operation works again."""
