@@ -128,7 +128,8 @@ def test_a_click_on_a_block_names_its_track_and_frame(host: ViserHost) -> None:
     assert len(picked) == 1
     track, frame = picked[0]
     row = int(np.flatnonzero((data.track == track) & (data.frame == frame))[0])
-    assert np.allclose(scene.volume.places(data.boxes[[row]], data.seconds(data.frame[[row]]))[0], position, atol=1e-4)
+    positions = scene.volume.positions(data.boxes[[row]], data.seconds(data.frame[[row]]))
+    assert np.allclose(positions[0], position, atol=1e-4)
 
 
 @pytest.mark.parametrize("tracks", [500, 5000])
@@ -161,8 +162,8 @@ def test_most_steps_do_not_redraw_the_lines(host: ViserHost) -> None:
         after = replace(view_state, frame=frame)
         scene.draw(after, view_state)
         view_state = after
-        first, last = scene.around
+        first, last = scene.frame_range
         assert first <= frame <= last
-        drawn.add(scene.around)
+        drawn.add(scene.frame_range)
     scene.clear()
     assert len(drawn) <= 4
