@@ -139,7 +139,7 @@ class Servers:
     """Seconds between heartbeats."""
     heartbeat_timeout = 120.0
     """Seconds without a heartbeat after which a server counts as dead."""
-    patience = 60.0
+    refusal_delay = 60.0
     """Seconds that the database may take to end this server's own lost connection, which holds the id."""
 
     def __init__(self, database: Database, home: Path) -> None:
@@ -149,8 +149,8 @@ class Servers:
         self._lock = threading.Lock()
         self._seen: dict[str, tuple[int, float]] = {}
         self._shared: set[str] = set()
-        self._refused: float | None = None
-        """Time of the first refusal of the id in a row."""
+        self._refused_since: float | None = None
+        """Time of the first of the latest refusals of the id; None: it has the id."""
 
     def register(self) -> None:
         """Register this server as the only one with its id.
@@ -209,7 +209,7 @@ class Servers:
     def _try_heartbeat(self) -> None:
         with suppress(SQLAlchemyError):  # the next heartbeat may succeed again
             now = time.monotonic()
-            self._refused = None if self._id_lock.ensure() else self._refused or now
-            if self._refused is not None and now - self._refused >= self.patience:
+            self._refused_since = None if self._id_lock.ensure() else self._refused_since or now
+            if self._refused_since is not None and now - self._refused_since >= self.refusal_delay:
                 _log.error("Another server uses the id of this data folder: one is a copy of the other. Stop one.")
             self.beat()

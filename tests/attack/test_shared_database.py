@@ -193,25 +193,25 @@ def test_a_copied_data_folder_does_not_start_beside_the_original(tmp_path: Path,
         assert again.get("/api/videos").status_code == 200
 
 
-@pytest.mark.parametrize(("patience", "said"), [(60.0, False), (0.0, True)])
+@pytest.mark.parametrize(("delay", "is_reported"), [(60.0, False), (0.0, True)])
 def test_a_lost_connection_of_its_own_is_not_another_server(
     tmp_path: Path,
     cluster: str,
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
-    patience: float,
-    said: bool,
+    delay: float,
+    is_reported: bool,
 ) -> None:
     """After an outage of the network the database takes half a minute to end the connection that holds the id."""
     refused: list[bool] = []
-    taken = SimpleNamespace(keep=lambda: refused.append(True))
-    monkeypatch.setattr("app.storage.places.IdLock", lambda _: taken)
-    monkeypatch.setattr(Servers, "every", 0.05)
-    monkeypatch.setattr(Servers, "patience", patience)
+    taken = SimpleNamespace(ensure=lambda: refused.append(True))
+    monkeypatch.setattr("app.storage.servers.IdLock", lambda _: taken)
+    monkeypatch.setattr(Servers, "heartbeat_interval", 0.05)
+    monkeypatch.setattr(Servers, "refusal_delay", delay)
     database = Database(new_database(cluster), "0" * 32)
     with Servers(database, tmp_path).heartbeat():
         wait_until(lambda: len(refused) > 2)
-    assert ("Another server uses the id" in caplog.text) is said
+    assert ("Another server uses the id" in caplog.text) is is_reported
     database.close()
 
 

@@ -164,7 +164,7 @@ class LiveServer:
 
         Args:
             video: its id.
-            asked: parameters of the request, such as ``{"stop": 120}``.
+            request: parameters of the request, such as ``{"stop": 120}``.
 
         Raises:
             RuntimeError: the run failed or did not end.
