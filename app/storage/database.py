@@ -256,10 +256,13 @@ def storage_failure(error: DBAPIError) -> ApiError | None:
         return _sqlite_failure(error.orig, text)
     state = str(getattr(error.orig, "sqlstate", None) or "")
     if state.startswith(_FULL):
-        return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
+        return StorageFull(
+            "The disk is full: nothing was saved. Free some space; unsaved corrections are kept in the page."
+        )
     if state.startswith(_READ_ONLY):
         return StorageFull(
-            "The database is read-only at the moment. What you did is kept in the page.", code="storage_readonly"
+            "The database is read-only at the moment. Unsaved corrections are kept in the page.",
+            code="storage_readonly",
         )
     # an error without a statement comes from is_connecting and has no SQLSTATE
     is_connecting = isinstance(error, OperationalError) and not state and error.statement is None
@@ -272,16 +275,18 @@ def storage_failure(error: DBAPIError) -> ApiError | None:
 
 def _sqlite_failure(error: sqlite3.Error, text: str) -> ApiError | None:
     if "disk is full" in text:
-        return StorageFull("The disk is full: nothing was saved. Free some space; what you did is kept in the page.")
+        return StorageFull(
+            "The disk is full: nothing was saved. Free some space; unsaved corrections are kept in the page."
+        )
     if "disk i/o error" in text and database_problem(error) == "limit":
         return StorageFull(
             "The database may not grow: the server's limit on the size of files (ulimit -f) is reached. Nothing was "
-            "saved. Raise the limit; what you did is kept in the page.",
+            "saved. Raise the limit; unsaved corrections are kept in the page.",
             code="storage_limit",
         )
     if "disk i/o error" in text:
         return StorageFull(
-            "The disk of the data folder fails: nothing was saved. Check the disk; what you did is kept in the page.",
+            "The disk of the data folder fails: nothing was saved. Check the disk; unsaved corrections are kept in the page.",
             code="storage_failed",
         )
     if "locked" in text or "busy" in text:

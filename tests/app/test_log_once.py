@@ -6,14 +6,14 @@ import logging
 
 import pytest
 
-from app.files.store import FilesAwayError
+from app.files.store import SharedFilesError
 from app.log_once import LogOnce
 
 
 @pytest.mark.parametrize(
     ("error", "traceback"),
     [
-        (FilesAwayError("The shared files do not answer."), False),
+        (SharedFilesError("The shared files do not answer."), False),
         (OSError("no room"), False),
         (ValueError("a fault"), True),
     ],
