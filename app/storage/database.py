@@ -286,7 +286,8 @@ def _sqlite_failure(error: sqlite3.Error, text: str) -> ApiError | None:
         )
     if "disk i/o error" in text:
         return StorageFull(
-            "The disk of the data folder fails: nothing was saved. Check the disk; unsaved corrections are kept in the page.",
+            "The disk of the data folder fails: nothing was saved. Check the disk; unsaved corrections are kept in the "
+            "page.",
             code="storage_failed",
         )
     if "locked" in text or "busy" in text:
