@@ -18,7 +18,7 @@ const SPARE_ROWS = 3;
 export const CROP_SIZE_PX = 192;
 /** @type {Record<FoundTrack['state'], {text: string, icon: import('../icons.js').IconName|null}>} */
 const STATES = {
-  onOpen: { text: 'Open', icon: null },
+  open: { text: 'Open', icon: null },
   needs_work: { text: 'Needs work', icon: 'needs_work' },
   accepted: { text: 'Accepted', icon: 'accept' },
   rejected: { text: 'False positive', icon: 'reject' },
