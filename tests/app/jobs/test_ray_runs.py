@@ -161,7 +161,7 @@ def test_a_run_that_waits_for_the_cluster_says_so_once(monkeypatch: pytest.Monke
     monkeypatch.setattr(executor, "RETRY_DELAY_S", 0.0)
     monkeypatch.setattr(executor, "run_on_node", run_on_node)
     settings = Settings(executor="ray://head:10001")
-    task: Any = SimpleNamespace(settings=settings, note=notes.append, stop=lambda: False)
+    task: Any = SimpleNamespace(settings=settings, note=notes.append, should_stop=lambda: False)
     components: Any = SimpleNamespace(models={})
     try:
         request = RunRequest(Path("drive.mp4"), Params())
