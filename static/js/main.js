@@ -2,7 +2,7 @@
 /** Puts the page together. */
 
 import { createApi } from './api/client.js';
-import { sentence } from './api/errors.js';
+import { errorMessage } from './api/errors.js';
 import { listenToKeys } from './behaviours/keyboard.js';
 import {
   rememberChoices,
@@ -100,7 +100,7 @@ const app = {
 app.loader = createLoader(app, {
   onOpened: (run) => {
     following.open(run);
-    return editor.open(run).catch((thrown) => store.dispatch(showBanner, { id: 'review', tone: 'error', text: sentence(thrown) }));
+    return editor.open(run).catch((thrown) => store.dispatch(showBanner, { id: 'review', tone: 'error', text: errorMessage(thrown) }));
   },
   onClosed: () => {
     following.close();

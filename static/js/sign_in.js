@@ -4,7 +4,7 @@
  * of the review tool follows `#`, the page goes there after the sign-in.
  */
 
-import { sentence } from './api/errors.js';
+import { errorMessage } from './api/errors.js';
 import { createSend, readJson } from './api/http.js';
 
 const send = createSend({ base: '/api', fetch: globalThis.fetch.bind(globalThis) });
@@ -23,7 +23,7 @@ async function signIn(token) {
     await readJson(await send('/session', { method: 'POST', body: { token } }));
     continueToPage();
   } catch (thrown) {
-    problem.textContent = sentence(thrown);
+    problem.textContent = errorMessage(thrown);
     field.focus();
     field.select();
   }

@@ -85,6 +85,6 @@ function offlineError(cause) {
  * @param {unknown} thrown
  * @returns {string}
  */
-export function sentence(thrown) {
+export function errorMessage(thrown) {
   return thrown instanceof ApiError ? thrown.message : 'Something in the page went wrong. Reload it; saved work is not lost.';
 }

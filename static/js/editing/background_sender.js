@@ -11,7 +11,7 @@
  * @property {() => Promise<void>} flush     send the operations in the outbox; resolves when only those that wait for a decision are left
  * @property {() => void} retry           try again now
  */
-import { ApiError, sentence } from '../api/errors.js';
+import { ApiError, errorMessage } from '../api/errors.js';
 import { hideBanner, setElsewhere, showBanner } from '../store/actions/page.js';
 import { withCounterparts, withoutUndone } from './pending.js';
 import {
@@ -119,11 +119,11 @@ export function createBackgroundSender({ store, api, outbox, signal, toast, slee
       toast(`${ofRun.length} unsaved change${ofRun.length === 1 ? ' is' : 's are'} given up: the run was removed.`, { tone: 'bad' });
     } else if (withoutMissingLabel(next, thrown) !== null) {
       await outbox.put(/** @type {Pending} */ (withoutMissingLabel(next, thrown)));
-      toast(`A new track has no label yet. ${sentence(thrown)}`, { tone: 'bad', stays: true });
+      toast(`A new track has no label yet. ${errorMessage(thrown)}`, { tone: 'bad', stays: true });
     } else {
       await giveUp(next);
       if (code !== 'stale' || reverts)
-        toast(`${commandName(next.command.name)} was not possible. ${withTrackNames(sentence(thrown), {})}`, { tone: 'bad' });
+        toast(`${commandName(next.command.name)} was not possible. ${withTrackNames(errorMessage(thrown), {})}`, { tone: 'bad' });
     }
   }
 

@@ -10,7 +10,7 @@
  * @typedef {import('./outbox.js').Pending} Pending
  * @typedef {import('./outbox.js').Outbox} Outbox
  */
-import { ApiError, sentence } from '../api/errors.js';
+import { ApiError, errorMessage } from '../api/errors.js';
 import { readOnlyReason } from '../model/team.js';
 import { CommandError, applyCommand } from '../model/commands.js';
 import { withLabelKey } from '../model/labels.js';
@@ -200,10 +200,10 @@ export function createEditor({
       await conflicts.handle(next, thrown.details.current ?? [], thrown.details.by ?? {});
     } else if (withoutMissingLabel(next, thrown) !== null) {
       edits.replace(/** @type {Pending} */ (withoutMissingLabel(next, thrown)));
-      toast(`The new track has no label yet. ${sentence(thrown)}`, { tone: 'bad', stays: true });
+      toast(`The new track has no label yet. ${errorMessage(thrown)}`, { tone: 'bad', stays: true });
     } else {
       edits.forget(next);
-      const why = thrown instanceof ApiError ? thrown.message : sentence(thrown);
+      const why = thrown instanceof ApiError ? thrown.message : errorMessage(thrown);
       toast(`${commandName(next.command.name)} was not possible. ${withTrackNames(why, store.get().review?.docs ?? {})}`, { tone: 'bad' });
     }
     edits.show();

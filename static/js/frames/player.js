@@ -12,7 +12,7 @@
  * Paints a picture. `isBrief`: shown only briefly while the user scrubs, so not worth ten milliseconds of smoothing.
  * @typedef {(picture: Picture, isBrief: boolean) => void} Paint
  */
-import { ApiError, isRetryable, sentence } from '../api/errors.js';
+import { ApiError, isRetryable, errorMessage } from '../api/errors.js';
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { setPlaying, setShown, seek } from '../store/actions/review.js';
 
@@ -162,7 +162,11 @@ export function createPlayer(
   function fail(frame, thrown, load) {
     if (ended) return;
     store.dispatch((state) =>
-      showBanner(setPlaying(state, false), { id: 'picture', tone: 'error', text: `Frame ${frame} cannot be shown. ${sentence(thrown)}` }),
+      showBanner(setPlaying(state, false), {
+        id: 'picture',
+        tone: 'error',
+        text: `Frame ${frame} cannot be shown. ${errorMessage(thrown)}`,
+      }),
     );
     if (!isRetryable(thrown)) return;
     clearTimeout(timer);

@@ -14,11 +14,11 @@ const ROLES = /** @type {const} */ (['viewer', 'annotator', 'reviewer', 'admin']
 /** @typedef {typeof ROLES[number]} Role */
 
 /** Whether the signed-in person has at least a role. Always true in a library without people. @param {Session|null} session @param {Role} minRole */
-export const may = (session, minRole) => !session?.person || ROLES.indexOf(session.person.role) >= ROLES.indexOf(minRole);
+export const hasRole = (session, minRole) => !session?.person || ROLES.indexOf(session.person.role) >= ROLES.indexOf(minRole);
 
 /** Why the person cannot change anything; null: they can. @param {Session|null} session @returns {string|null} */
 export const readOnlyReason = (session) =>
-  may(session, 'annotator')
+  hasRole(session, 'annotator')
     ? null
     : 'You are a viewer here: you can look at everything and change nothing. Ask an administrator for another role.';
 
@@ -49,7 +49,7 @@ const inOrder = (found) => found.sort((a, b) => ORDER[a.state] - ORDER[b.state] 
 export function nextAssignment(assignments, session, open) {
   const name = session?.person?.name;
   if (name === undefined) return null;
-  const found = [...waitingAssignments(assignments, name), ...(may(session, 'reviewer') ? assignmentsToReview(assignments, name) : [])];
+  const found = [...waitingAssignments(assignments, name), ...(hasRole(session, 'reviewer') ? assignmentsToReview(assignments, name) : [])];
   const next = found[found.findIndex(({ id }) => id === open) + 1] ?? found[0] ?? null;
   return next?.id === open ? null : next;
 }
@@ -68,7 +68,9 @@ export function currentAssignment(assignments, session, video, frame) {
   if (name === undefined) return null;
   const candidates = assignments.filter(
     (one) =>
-      one.video_id === video && one.state !== 'done' && (one.person === name || (may(session, 'reviewer') && one.state === 'in_review')),
+      one.video_id === video &&
+      one.state !== 'done' &&
+      (one.person === name || (hasRole(session, 'reviewer') && one.state === 'in_review')),
   );
   const containsFrame = /** @param {Assignment} one */ (one) => one.first <= frame && (one.stop === null || frame < one.stop);
   const rank = /** @param {Assignment} one */ (one) => (containsFrame(one) ? 0 : 2) + (one.person === name ? 0 : 1);

@@ -1,14 +1,14 @@
 // @ts-check
 /** Dialogs of the other screens, available everywhere. */
 
-import { may } from '../model/team.js';
+import { hasRole } from '../model/team.js';
 import { openDialog } from '../store/actions/page.js';
 import { operation } from './helpers.js';
 
 /** @typedef {import('../page-types.js').Operation} Operation */
 
 /** Whether the person may do more than their own work. @param {import('../state-types.js').State} state */
-const available = ({ session }) => may(session, 'reviewer');
+const available = ({ session }) => hasRole(session, 'reviewer');
 
 /** @type {readonly [import('../state-types.js').Dialog, string, string, Operation['icon'], string][]} */
 const DIALOGS = [

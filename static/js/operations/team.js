@@ -1,7 +1,7 @@
 // @ts-check
 /** Assignments: go to the next one. */
 
-import { may, nextAssignment, assignmentsToReview, currentAssignment, waitingAssignments } from '../model/team.js';
+import { hasRole, nextAssignment, assignmentsToReview, currentAssignment, waitingAssignments } from '../model/team.js';
 import { formatRoute } from '../model/route.js';
 import { operation } from './helpers.js';
 
@@ -22,7 +22,7 @@ export const followingAssignment = (state) => nextAssignment(state.assignments, 
 /** Assignments that wait for the person who is signed in: their own, and those to review. @param {import('../state-types.js').State} state */
 export function assignmentsForUser({ assignments, session }) {
   const name = session?.person?.name ?? '';
-  return { own: waitingAssignments(assignments, name), review: may(session, 'reviewer') ? assignmentsToReview(assignments, name) : [] };
+  return { own: waitingAssignments(assignments, name), review: hasRole(session, 'reviewer') ? assignmentsToReview(assignments, name) : [] };
 }
 
 /** @type {import('../page-types.js').Operation[]} */

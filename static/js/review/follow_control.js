@@ -8,7 +8,7 @@
  * @typedef {import('../model/following.js').Following} Following
  * @typedef {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>} NewFollow
  */
-import { isRetryable, sentence } from '../api/errors.js';
+import { isRetryable, errorMessage } from '../api/errors.js';
 import { sleep as pause } from '../api/sleep.js';
 import { acceptCommand, isInProgress, newFollowing, requestWith } from '../model/following.js';
 import { putFollowing, setFollowing } from '../store/actions/review.js';
@@ -107,7 +107,7 @@ export function createFollowControl({ store, api, edit, author, signal, toast, s
     if (ended.aborted) return;
     restartRequests();
     store.dispatch(setFollowing, null);
-    toast(sentence(thrown), { tone: 'bad' });
+    toast(errorMessage(thrown), { tone: 'bad' });
   }
 
   function drop() {

@@ -6,7 +6,7 @@
  * @typedef {import('../page-types.js').App} App
  * @typedef {import('../state-types.js').State} State
  */
-import { may } from '../model/team.js';
+import { hasRole } from '../model/team.js';
 import { shownTrack } from './shown_tracks.js';
 
 /** Time on a frame before it is worth decoding, ms. */
@@ -14,7 +14,7 @@ const DWELL_MS = 150;
 
 /** The frame to follow from; null: nothing can be followed there now. @param {State} state */
 function followStart({ review, session }) {
-  if (!review?.run || review.playing || review.following || review.shown !== review.frame || !may(session, 'annotator')) return null;
+  if (!review?.run || review.playing || review.following || review.shown !== review.frame || !hasRole(session, 'annotator')) return null;
   const box = review.mode === 'draw' || (review.selected !== null && shownTrack(review, review.selected) !== null);
   return box ? { run: review.run.id, frame: review.frame } : null;
 }

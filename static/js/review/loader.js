@@ -7,7 +7,7 @@
  * @typedef {import('../state-types.js').State} State
  * @typedef {import('../types.js').Run} Run
  */
-import { ApiError, isRetryable, sentence } from '../api/errors.js';
+import { ApiError, isRetryable, errorMessage } from '../api/errors.js';
 import { NEXT_TRACK } from '../model/route.js';
 import { createTimebase } from '../model/timebase.js';
 import { engineTracksOf } from '../model/track_lane.js';
@@ -92,7 +92,7 @@ export function createLoader(app, hooks) {
   function fail(thrown, signal) {
     // another banner already says that the server cannot be reached
     if (signal.aborted || isOffline(thrown) || (thrown instanceof ApiError && thrown.code === 'aborted')) return;
-    store.dispatch(showBanner, { id: 'review', tone: 'error', text: sentence(thrown) });
+    store.dispatch(showBanner, { id: 'review', tone: 'error', text: errorMessage(thrown) });
   }
 
   /** @param {Extract<State['route'], {screen: 'review'}>} route */

@@ -1,7 +1,7 @@
 // @ts-check
 /** Takes signs of a ground truth over into the corrections of a run, and undoes that. */
 
-import { sentence } from '../api/errors.js';
+import { errorMessage } from '../api/errors.js';
 import { plural } from '../model/format.js';
 import { authorName } from '../core/preferences.js';
 import { toast } from '../core/toast.js';
@@ -37,7 +37,7 @@ export async function takeOver(app, run, request, onChange = () => {}) {
     onChange();
     toast(takeOverMessage(found), { tone: 'good', topic: 'take-over', stays: true, action: undo });
   } catch (thrown) {
-    if (!app.signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'take-over' });
+    if (!app.signal.aborted) toast(errorMessage(thrown), { tone: 'bad', topic: 'take-over' });
   }
 
   /** @param {string} op_id */
@@ -47,7 +47,7 @@ export async function takeOver(app, run, request, onChange = () => {}) {
       onChange();
       toast('The ground truth is no longer taken over.', { topic: 'take-over' });
     } catch (thrown) {
-      if (!app.signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'take-over' });
+      if (!app.signal.aborted) toast(errorMessage(thrown), { tone: 'bad', topic: 'take-over' });
     }
   }
 }

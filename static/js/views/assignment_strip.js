@@ -1,8 +1,8 @@
 // @ts-check
 /** The open assignment above the picture: its instructions and its state. */
 
-import { sentence } from '../api/errors.js';
-import { assignedFrames, may, STATES } from '../model/team.js';
+import { errorMessage } from '../api/errors.js';
+import { assignedFrames, hasRole, STATES } from '../model/team.js';
 import { openAssignment, assignmentsForUser } from '../operations/team.js';
 import { runOperation } from '../operations/registry.js';
 import { openDialog } from '../store/actions/page.js';
@@ -28,7 +28,7 @@ export async function changeAssignment(app, assignment, change, notice) {
   } catch (thrown) {
     const current = Reflect.get(Object(thrown), 'details')?.current;
     if (current) app.store.dispatch(putAssignment, current);
-    toast(sentence(thrown), { tone: 'bad' });
+    toast(errorMessage(thrown), { tone: 'bad' });
   }
 }
 
@@ -75,7 +75,7 @@ export function createAssignmentStrip(app) {
       );
       buttons.push(
         button('Return …', 'Return it with a comment on what to do again', () =>
-          app.store.dispatch(openDialog, { kind: 'return-work', data: { assignment: assignment } }),
+          app.store.dispatch(openDialog, { kind: 'return-work', data: { assignment } }),
         ),
       );
     }
@@ -106,7 +106,7 @@ export function createAssignmentStrip(app) {
             `“${assignment.comment}”`,
           ),
         !assignment.comment && h('span.grow'),
-        ...actions(assignment, isOwn, may(state.session, 'reviewer')),
+        ...actions(assignment, isOwn, hasRole(state.session, 'reviewer')),
         nextOperation &&
           otherCount > 0 &&
           h(

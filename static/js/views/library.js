@@ -3,7 +3,7 @@
 
 import { isVideoFile, VIDEO_FILES } from '../model/exchange.js';
 import { SORTS, arrange } from '../model/library_order.js';
-import { may } from '../model/team.js';
+import { hasRole } from '../model/team.js';
 import { hideBanner, openDialog, setRuns, setSession, setVideos } from '../store/actions/page.js';
 import { h, setText } from './dom.js';
 import { loadingState } from './placeholders.js';
@@ -283,7 +283,7 @@ export function createLibrary(app) {
       welcome.update(state);
       filters.update(state);
       work.update(state);
-      element.classList.toggle('library-closed', !may(state.session, 'reviewer'));
+      element.classList.toggle('library-closed', !hasRole(state.session, 'reviewer'));
       if (
         previousState &&
         previousState.videos === state.videos &&

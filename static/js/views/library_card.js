@@ -4,7 +4,7 @@
 import { isVideoFile } from '../model/exchange.js';
 import { reviewAddress } from '../model/route.js';
 import { runShare } from '../model/run_progress.js';
-import { may } from '../model/team.js';
+import { hasRole } from '../model/team.js';
 import { dropVideo, openDialog, putVideo } from '../store/actions/page.js';
 import { createCardAssignments } from './library_card_assignments.js';
 import { fill, h, setText } from './dom.js';
@@ -202,7 +202,7 @@ function actionsOf(app, video) {
     );
   }
   actions.push(h('span.grow'));
-  if (video.state === 'ready' && may(session, 'reviewer')) {
+  if (video.state === 'ready' && hasRole(session, 'reviewer')) {
     actions.push(
       h(
         'button.btn.btn-quiet.btn-icon',
@@ -215,7 +215,7 @@ function actionsOf(app, video) {
       ),
     );
   }
-  if (may(session, 'admin'))
+  if (hasRole(session, 'admin'))
     actions.push(
       h(
         'button.btn.btn-quiet.btn-icon',

@@ -1,7 +1,7 @@
 // @ts-check
 /** The assignments of a video on its card, with a button for reviewers. Hidden in a library of one user. */
 
-import { assignedFrames, may, STATES } from '../model/team.js';
+import { assignedFrames, hasRole, STATES } from '../model/team.js';
 import { openDialog } from '../store/actions/page.js';
 import { fill, h } from './dom.js';
 import { icon } from './icons.js';
@@ -19,7 +19,7 @@ export function createCardAssignments(app, id) {
     update(video) {
       const { assignments, session } = app.store.get();
       const videoAssignments = assignments.filter(({ video_id }) => video_id === id);
-      const canAssign = session?.person != null && may(session, 'reviewer') && video.state === 'ready';
+      const canAssign = session?.person != null && hasRole(session, 'reviewer') && video.state === 'ready';
       const key = JSON.stringify([videoAssignments, canAssign, video.name]);
       if (key === shownKey) return;
       shownKey = key;

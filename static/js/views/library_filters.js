@@ -1,7 +1,7 @@
 // @ts-check
 /** Filters of the library: videos with a track of a label, an attribute value and a review state. */
 
-import { sentence } from '../api/errors.js';
+import { errorMessage } from '../api/errors.js';
 import { answerText, attributeChoices } from '../model/attributes.js';
 import { NO_CLASS } from '../model/documents.js';
 import { labelFinder } from '../model/label_finder.js';
@@ -181,7 +181,7 @@ export function createLibraryFilters(app, { initialFilters, onChange, signal }) 
       }
     } catch (thrown) {
       if (signal.aborted || requestNumber !== latestRequest) return;
-      setText(status, sentence(thrown));
+      setText(status, errorMessage(thrown));
     }
   }
 

@@ -1,7 +1,7 @@
 // @ts-check
 /** Current uploads, sent one after the other, with progress, cancel button and errors. */
 
-import { ApiError, sentence } from '../api/errors.js';
+import { ApiError, errorMessage } from '../api/errors.js';
 import { putVideo } from '../store/actions/page.js';
 import { fill, h, setText } from './dom.js';
 import { bytes } from '../model/format.js';
@@ -97,7 +97,7 @@ export function createUploads(app, signal) {
         removeItem();
       } catch (thrown) {
         if (thrown instanceof ApiError && thrown.code === 'aborted') removeItem();
-        else fail(sentence(thrown));
+        else fail(errorMessage(thrown));
       }
     }
     return send();

@@ -1,7 +1,7 @@
 // @ts-check
 /** Keeps the store up to date with the server: first load, event stream, reload after a gap. */
 
-import { ApiError, isRetryable, sentence } from '../api/errors.js';
+import { ApiError, isRetryable, errorMessage } from '../api/errors.js';
 import { openStream } from '../api/events.js';
 import { setAssignments } from '../store/actions/team.js';
 import {
@@ -156,7 +156,7 @@ export function startLiveUpdates(app, hooks = {}) {
     } catch (thrown) {
       if (app.signal.aborted) return;
       if (thrown instanceof ApiError && thrown.code === 'signed_out') return void showDenied();
-      store.dispatch(showBanner, { id: 'load', tone: 'error', text: sentence(thrown) });
+      store.dispatch(showBanner, { id: 'load', tone: 'error', text: errorMessage(thrown) });
       // no event would remove the banner
       clearTimeout(retryTimer);
       if (isRetryable(thrown)) retryTimer = setTimeout(() => void reload(), hooks.retryDelayMs ?? RETRY_DELAY_MS);

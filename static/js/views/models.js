@@ -5,7 +5,7 @@ import { dropOutputOrModel, openDialog, putModel, setModels } from '../store/act
 import { h, reconcile, setText } from './dom.js';
 import { errorState, loadingState } from './placeholders.js';
 import { plural } from '../model/format.js';
-import { may } from '../model/team.js';
+import { hasRole } from '../model/team.js';
 import { icon } from './icons.js';
 import { createModelCard } from './model_card.js';
 import { toast } from '../core/toast.js';
@@ -110,7 +110,7 @@ export function createModels(app) {
   return {
     element,
     update(state) {
-      element.classList.toggle('models-closed', !may(state.session, 'admin'));
+      element.classList.toggle('models-closed', !hasRole(state.session, 'admin'));
       const models = state.models;
       if (models === null || models === shownModels) return;
       shownModels = models;

@@ -1,7 +1,7 @@
 // @ts-check
 /** Empty states of views: what is missing, why, and what to do. Also errors and waiting. */
 
-import { sentence } from '../api/errors.js';
+import { errorMessage } from '../api/errors.js';
 import { fill, h } from './dom.js';
 import { icon } from './icons.js';
 
@@ -36,7 +36,7 @@ export const errorState = (title, thrown, retry, ...actions) =>
     error: true,
     icon: 'alert',
     title,
-    text: typeof thrown === 'string' ? thrown : sentence(thrown),
+    text: typeof thrown === 'string' ? thrown : errorMessage(thrown),
     actions: [
       retry !== undefined && h('button.btn.btn-primary', { onclick: () => void retry() }, icon('refresh'), 'Try again'),
       ...actions,

@@ -3,7 +3,7 @@
  * Second opinions by sample: a reviewer assigns signs and sees the agreement; a person labels the assigned signs again.
  */
 
-import { sentence } from '../api/errors.js';
+import { errorMessage } from '../api/errors.js';
 import { formatRoute } from '../model/route.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
@@ -40,7 +40,7 @@ export function createSecondOpinionForm(app, signal) {
     } catch (thrown) {
       if (signal.aborted) return;
       element.hidden = false;
-      fill(element, h('p.field-error', { role: 'alert' }, sentence(thrown)));
+      fill(element, h('p.field-error', { role: 'alert' }, errorMessage(thrown)));
     }
   }
 
@@ -61,7 +61,7 @@ export function createSecondOpinionForm(app, signal) {
         await app.api.answerSecondOpinion(look.id, label, { signal });
         await showNext();
       } catch (thrown) {
-        if (!signal.aborted) await showNext(sentence(thrown));
+        if (!signal.aborted) await showNext(errorMessage(thrown));
       }
     };
     /** @param {Event} event */
@@ -138,7 +138,7 @@ export function createAgreementSection(app, opinions, people, signal, reload) {
               ? 'Nobody else has accepted a track yet.'
               : `The sample of ${plural(accepted, 'accepted track')} contains nothing that is not assigned yet.`;
     } catch (thrown) {
-      if (!signal.aborted) status.textContent = sentence(thrown);
+      if (!signal.aborted) status.textContent = errorMessage(thrown);
     }
   };
   return h(

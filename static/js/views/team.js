@@ -1,10 +1,10 @@
 // @ts-check
 /** The screen of the team: progress of the library and statistics of work, or the activity of one person. */
 
-import { sentence } from '../api/errors.js';
+import { errorMessage } from '../api/errors.js';
 import { commandName } from '../editing/command_names.js';
 import { formatRoute } from '../model/route.js';
-import { tracksPerHour, may } from '../model/team.js';
+import { tracksPerHour, hasRole } from '../model/team.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h } from './dom.js';
 import { emptyState, errorState, loadingState } from './placeholders.js';
@@ -62,7 +62,7 @@ export function createTeam(app) {
     update({ route, session }) {
       if (route.screen !== 'team' || session === null) return;
       // a person who may not see the figures of all sees their own
-      const person = route.person ?? (may(session, 'reviewer') ? null : (session.person?.name ?? null));
+      const person = route.person ?? (hasRole(session, 'reviewer') ? null : (session.person?.name ?? null));
       const key = person ?? '';
       if (key === shownKey) return;
       shownKey = key;
@@ -116,7 +116,7 @@ function renderOverview(overview) {
  */
 function ownSecondOpinion(app, signal) {
   const { session } = app.store.get();
-  return session?.person && may(session, 'annotator') ? createSecondOpinionForm(app, signal) : null;
+  return session?.person && hasRole(session, 'annotator') ? createSecondOpinionForm(app, signal) : null;
 }
 
 /** @param {Worker} worker */
@@ -164,14 +164,14 @@ function renderActivity(app, activity, signal) {
           more.hidden = cursor === null;
           list.append(...next.done.map(activityRow));
         } catch (thrown) {
-          if (!signal.aborted) problem.textContent = sentence(thrown);
+          if (!signal.aborted) problem.textContent = errorMessage(thrown);
         }
       },
     },
     'Show earlier',
   );
   return [
-    pageHeading(worker.name, worker.role, may(app.store.get().session, 'reviewer') && h('a.btn', { href: '#/team' }, 'The whole team')),
+    pageHeading(worker.name, worker.role, hasRole(app.store.get().session, 'reviewer') && h('a.btn', { href: '#/team' }, 'The whole team')),
     h(
       'p',
       `${plural(worker.decided, 'track')} decided in ${worker.hours < 0.1 ? 'less than 0.1' : worker.hours.toFixed(1)} hours of the last 30 days${perHour === null ? '' : `, ${perHour} an hour`}. ${worker.assigned ? `${plural(worker.assigned, 'assignment')} not done.` : 'No open assignment.'}`,

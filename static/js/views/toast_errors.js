@@ -1,7 +1,7 @@
 // @ts-check
 /** Runs an action of a button; an error is shown as a notice. */
 
-import { sentence } from '../api/errors.js';
+import { errorMessage } from '../api/errors.js';
 import { toast } from '../core/toast.js';
 
 /**
@@ -12,6 +12,6 @@ export async function toastErrors(action, signal) {
   try {
     await action();
   } catch (thrown) {
-    if (!signal?.aborted) toast(sentence(thrown), { tone: 'bad' });
+    if (!signal?.aborted) toast(errorMessage(thrown), { tone: 'bad' });
   }
 }

@@ -5,7 +5,7 @@ import {
   tracksPerHour,
   describeDifference,
   assignedFrames,
-  may,
+  hasRole,
   nextAssignment,
   readOnlyReason,
   assignmentsToReview,
@@ -37,11 +37,11 @@ const session = (role, name = 'ann') => ({ person: { name, role, can_sign_out: t
 
 test('a role may what those below it may, and without people everybody may everything', () => {
   assert.deepEqual(
-    ['viewer', 'annotator', 'reviewer', 'admin'].map((role) => may(session(role), 'reviewer')),
+    ['viewer', 'annotator', 'reviewer', 'admin'].map((role) => hasRole(session(role), 'reviewer')),
     [false, false, true, true],
   );
-  assert.equal(may(/** @type {any} */ ({ person: null }), 'admin'), true);
-  assert.equal(may(null, 'admin'), true);
+  assert.equal(hasRole(/** @type {any} */ ({ person: null }), 'admin'), true);
+  assert.equal(hasRole(null, 'admin'), true);
   assert.match(readOnlyReason(session('viewer')) ?? '', /change nothing/);
   assert.equal(readOnlyReason(session('annotator')), null);
 });

@@ -1,7 +1,7 @@
 // @ts-check
 /** Add videos from the server's machine: browse folders, or type a path. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { addedMessage, processAll, togglePath } from '../../model/several_videos.js';
 import { putVideo } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
@@ -46,7 +46,7 @@ export function addVideoDialog({ app, close, signal }) {
   /** @param {unknown} thrown */
   function showError(thrown) {
     errorText.hidden = false;
-    setText(errorText, sentence(thrown));
+    setText(errorText, errorMessage(thrown));
   }
 
   /** @param {readonly string[]} paths @param {string} [typed]   text of the field instead of the paths */
@@ -110,7 +110,7 @@ export function addVideoDialog({ app, close, signal }) {
         if (paths.length > 1) setText(addButton, `Adding ${count(paths.indexOf(path) + 1)} of ${count(paths.length)} …`);
         return app.load(() => app.api.addVideo(path, { signal }), putVideo);
       },
-      sentence,
+      errorMessage,
     );
     addButton.disabled = false;
     if (done.length) toast(addedMessage(done));

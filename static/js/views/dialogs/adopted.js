@@ -1,7 +1,7 @@
 // @ts-check
 /** Carries another run's corrections over to this one, and reports the outcome. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { trackName } from '../../model/track_name.js';
 import { endOffer } from '../../review/earlier_corrections.js';
 import { changeReview, seek, select } from '../../store/actions/review.js';
@@ -67,7 +67,7 @@ export function adoptedDialog({ app, data, close, signal }) {
     } catch (thrown) {
       if (signal.aborted) return;
       submitButton.disabled = false;
-      setText(error, sentence(thrown));
+      setText(error, errorMessage(thrown));
     }
   }
 

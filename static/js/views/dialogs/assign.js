@@ -1,7 +1,7 @@
 // @ts-check
 /** Assign a video, or some of its frames, to a person, and change or remove assignments. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { assignedFrames, STATES } from '../../model/team.js';
 import { dropAssignment, putAssignment } from '../../store/actions/team.js';
 import { fill, h, setText } from '../dom.js';
@@ -35,7 +35,7 @@ export function assignDialog({ app, data, close, signal }) {
       );
     },
     (thrown) => {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     },
   );
 
@@ -45,7 +45,7 @@ export function assignDialog({ app, data, close, signal }) {
       await api.removeAssignment(assignment.id, { signal });
       store.dispatch(dropAssignment, assignment.id);
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     }
   }
 
@@ -86,7 +86,7 @@ export function assignDialog({ app, data, close, signal }) {
       toast(`${video?.name ?? 'The video'} is assigned to ${personSelect.value}.`, { tone: 'good' });
       close();
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     }
   }
 

@@ -1,7 +1,7 @@
 // @ts-check
 /** Report a bug: pack everything that is needed to reproduce it into one file. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { shownSpan } from '../../model/effective.js';
 import { listNames, trackName } from '../../model/track_name.js';
 import { correctedKeys } from '../../review/shown_tracks.js';
@@ -134,7 +134,7 @@ export function bundleDialog({ app, close, signal }) {
       close();
     } catch (thrown) {
       if (signal.aborted) return;
-      setText(errorText, sentence(thrown));
+      setText(errorText, errorMessage(thrown));
       submitButton.disabled = false;
     }
   }

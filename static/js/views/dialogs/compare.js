@@ -1,7 +1,7 @@
 // @ts-check
 /** Choose the two sides of a comparison. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
 import { listRuns } from '../../model/run_groups.js';
 import { openDialog, setRuns } from '../../store/actions/page.js';
@@ -126,7 +126,7 @@ export function compareDialog({ app, data, close, signal }) {
       check();
       if (completeRuns.length === 0) setText(errorText, 'There is no complete run to compare yet. Wait until one is complete.');
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     }
   }
 

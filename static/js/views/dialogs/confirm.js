@@ -1,7 +1,7 @@
 // @ts-check
 /** A confirmation that says what is removed and what stays. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
 
 /**
@@ -25,7 +25,7 @@ export function confirmDialog({ data, close, signal }) {
     } catch (thrown) {
       confirmButton.disabled = false;
       errorText.hidden = false;
-      setText(errorText, sentence(thrown));
+      setText(errorText, errorMessage(thrown));
     }
   }
 

@@ -1,7 +1,7 @@
 // @ts-check
 /** Resolve a conflict: somebody else saved the same track first. Shows both versions side by side. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { commandName, describeUndone, withTrackNames } from '../../editing/command_names.js';
 import { verdictOf } from '../../model/documents.js';
 import { labelName } from '../../model/labels.js';
@@ -127,7 +127,7 @@ export function conflictDialog({ app, data, close }) {
       close();
     } catch (thrown) {
       error.hidden = false;
-      setText(error, sentence(thrown));
+      setText(error, errorMessage(thrown));
     }
   }
 

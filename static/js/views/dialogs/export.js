@@ -1,7 +1,7 @@
 // @ts-check
 /** Export: choose runs, content and format; then shows the progress of the file. */
 
-import { ApiError, sentence } from '../../api/errors.js';
+import { ApiError, errorMessage } from '../../api/errors.js';
 import { parseNumber, restoreChoice } from '../../model/exchange.js';
 import { putOutput, setRuns } from '../../store/actions/page.js';
 import { createOutputRow } from '../output_row.js';
@@ -254,7 +254,7 @@ export function exportDialog({ app, data, close, signal }) {
       if (formatSelect.selectedIndex < 0) formatSelect.selectedIndex = 0;
       showFormat();
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     }
     for (const video of store.get().videos ?? []) {
       if (signal.aborted) return;

@@ -1,7 +1,7 @@
 // @ts-check
 /** Fields that several dialogs share. */
 
-import { ApiError, sentence } from '../../api/errors.js';
+import { ApiError, errorMessage } from '../../api/errors.js';
 import { h } from '../dom.js';
 
 /** @typedef {import('../dom.js').Children} Children */
@@ -71,6 +71,6 @@ export const switchLabel = (name) => name.charAt(0).toUpperCase() + name.slice(1
  */
 export function messageWithField(thrown) {
   const prefix = thrown instanceof ApiError && thrown.field ? `${thrown.field}: ` : '';
-  const message = sentence(thrown);
+  const message = errorMessage(thrown);
   return message.startsWith(prefix) ? message : prefix + message;
 }

@@ -1,7 +1,7 @@
 // @ts-check
 /** The ground truths of a video: show or remove one. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { openDialog } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { emptyState } from '../placeholders.js';
@@ -69,7 +69,7 @@ export function groundTruthsDialog({ app, data, close, signal }) {
         ),
       );
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     }
   }
 

@@ -1,7 +1,7 @@
 // @ts-check
 /** Import a file of another tool onto a video: as corrections, as ground truth or as a run. */
 
-import { ApiError, sentence } from '../../api/errors.js';
+import { ApiError, errorMessage } from '../../api/errors.js';
 import { parseLabelMap } from '../../model/label_mapping.js';
 import { formatRoute } from '../../model/route.js';
 import { putRun, setRuns } from '../../store/actions/page.js';
@@ -204,7 +204,7 @@ export function importDialog({ app, data, close, signal }) {
       }
       submitButton.disabled = false;
       if (mapping !== null) {
-        setText(errorText, sentence(thrown));
+        setText(errorText, errorMessage(thrown));
         return;
       }
       refusalElement.hidden = false;
@@ -218,7 +218,7 @@ export function importDialog({ app, data, close, signal }) {
             { bad_file: 'The file breaks a rule', cancelled: 'Cancelled' }[thrown instanceof ApiError ? thrown.code : ''] ??
               'The import failed',
           ),
-          h('p', sentence(thrown)),
+          h('p', errorMessage(thrown)),
         ),
       );
       refusalElement.scrollIntoView({ block: 'nearest' });
@@ -326,7 +326,7 @@ export function importDialog({ app, data, close, signal }) {
       if (openRunId && completeRuns.some(({ id }) => id === openRunId)) runSelect.value = openRunId;
       check();
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     }
   }
 

@@ -1,7 +1,7 @@
 // @ts-check
 /** Open somebody else's bug bundle: its clip, run and corrections are added to the library. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
 import { putRun, putVideo } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
@@ -89,7 +89,7 @@ export function importBundleDialog({ app, data, close, signal }) {
       result.querySelector('a')?.focus();
     } catch (thrown) {
       if (signal.aborted) return;
-      setText(errorText, sentence(thrown));
+      setText(errorText, errorMessage(thrown));
       submitButton.disabled = false;
     }
   }

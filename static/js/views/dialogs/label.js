@@ -1,7 +1,7 @@
 // @ts-check
 /** One label of a set: names, picture, attributes, and its use in training. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { CATEGORIES, SHAPES, changeOf, formOf } from '../../model/label_form.js';
 import { h, setText } from '../dom.js';
 import { icon } from '../icons.js';
@@ -103,7 +103,7 @@ export function labelDialog({ app, data, close, signal }) {
       toast(message, { tone: 'good' });
     } catch (thrown) {
       if (!signal.aborted)
-        setText(errorText, thrown instanceof DOMException ? 'The browser cannot read this file as a picture.' : sentence(thrown));
+        setText(errorText, thrown instanceof DOMException ? 'The browser cannot read this file as a picture.' : errorMessage(thrown));
     }
     file.value = '';
   }
@@ -138,7 +138,7 @@ export function labelDialog({ app, data, close, signal }) {
       close();
       toast(message, { tone: 'good' });
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     } finally {
       saveButton.disabled = false;
     }

@@ -1,7 +1,7 @@
 // @ts-check
 /** Import labels from another set or a file of another tool, and save this set as a file. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { icon } from '../icons.js';
@@ -95,7 +95,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
     try {
       await action();
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     } finally {
       addMissingButton.disabled = otherSets.length === 0;
       importButton.disabled = fileField.file() === null;

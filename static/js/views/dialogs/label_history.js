@@ -1,7 +1,7 @@
 // @ts-check
 /** The versions of a label set: author, time and changes; each change can be undone. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { fill, h, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
 import { icon } from '../icons.js';
@@ -51,7 +51,7 @@ export function labelHistoryDialog({ app, data, close, signal }) {
         ),
       );
     } catch (thrown) {
-      if (!signal.aborted) setText(status, sentence(thrown));
+      if (!signal.aborted) setText(status, errorMessage(thrown));
     }
   }
 
@@ -63,7 +63,7 @@ export function labelHistoryDialog({ app, data, close, signal }) {
       await load();
       setText(status, message);
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     }
   }
 

@@ -3,7 +3,7 @@
  * Merge a label into another one: its tracks then count as the other label, until the merge is undone in the history.
  */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { offeredLabels } from '../../model/labels.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
@@ -73,12 +73,12 @@ export function labelMergeDialog({ app, data, close, signal }) {
           run: () =>
             void app.labels.change({ type: 'undo', version }, data.set).then(
               (answer) => toast(answer.sentence, { tone: 'good' }),
-              (thrown) => toast(sentence(thrown), { tone: 'bad' }),
+              (thrown) => toast(errorMessage(thrown), { tone: 'bad' }),
             ),
         },
       });
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
       submitButton.disabled = false;
     }
   }

@@ -1,7 +1,7 @@
 // @ts-check
 /** Make a recording of a range of frames for the Rerun viewer. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { putOutput } from '../../store/actions/page.js';
 import { changeReview } from '../../store/actions/review.js';
 import { h, setText } from '../dom.js';
@@ -47,7 +47,7 @@ export function recordDialog({ app, close, signal }) {
       close();
     } catch (thrown) {
       if (signal.aborted) return;
-      setText(errorText, sentence(thrown));
+      setText(errorText, errorMessage(thrown));
       submitButton.disabled = false;
     }
   }

@@ -1,7 +1,7 @@
 // @ts-check
 /** Choose a label by typing part of its name, its code or its number, or add a label. Works by keyboard alone. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { NO_CLASS } from '../../model/documents.js';
 import { labelAt, labelOf } from '../../model/effective.js';
 import { labelFinder } from '../../model/label_finder.js';
@@ -171,7 +171,7 @@ export function relabelDialog({ app, data, close, signal }) {
       if (label !== null) choose(label);
     } catch (thrown) {
       if (signal.aborted) return;
-      setText(errorText, sentence(thrown));
+      setText(errorText, errorMessage(thrown));
       offerLabels();
     } finally {
       picker.search.readOnly = false;

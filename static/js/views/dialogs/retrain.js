@@ -1,7 +1,7 @@
 // @ts-check
 /** Make a new model version from reviews, from exports of corrections, or from public data. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { parseNumber } from '../../model/exchange.js';
 import { REVIEW_CHOICES, describeAge, defaultChoice, isChosen, describeReview } from '../../model/training_sources.js';
 import { openDialog, putModel, setOutputs, setModels } from '../../store/actions/page.js';
@@ -193,7 +193,7 @@ export function retrainDialog({ app, data, close, signal }) {
       );
       parentSelect.value = models.find(({ active }) => active)?.id ?? 'shipped';
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     }
   }
 

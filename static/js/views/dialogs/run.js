@@ -1,7 +1,7 @@
 // @ts-check
 /** The runs of a video, and the form of a new run. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
 import { listRuns } from '../../model/run_groups.js';
 import { putRun, setRuns } from '../../store/actions/page.js';
@@ -56,7 +56,7 @@ export function runDialog(setup) {
       (state, runs) => setRuns(state, data.video, runs),
     )
     .catch((thrown) => {
-      if (!signal.aborted) fill(emptyText, sentence(thrown));
+      if (!signal.aborted) fill(emptyText, errorMessage(thrown));
     });
 
   return {

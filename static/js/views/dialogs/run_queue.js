@@ -1,7 +1,7 @@
 // @ts-check
 /** Runs in progress or waiting for a worker. Waiting runs can be reordered by drag or keyboard. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { runShare } from '../../model/run_progress.js';
 import { changeRun } from '../change_run.js';
 import { h, reconcile, setText } from '../dom.js';
@@ -51,7 +51,7 @@ export function runQueueDialog({ app, close, signal }) {
       runs = queue;
       draw();
     } catch (thrown) {
-      if (!signal.aborted) setText(statusText, sentence(thrown));
+      if (!signal.aborted) setText(statusText, errorMessage(thrown));
     }
   }
 

@@ -1,7 +1,7 @@
 // @ts-check
 /** Start a run on each of several videos with the same settings. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { processAll } from '../../model/several_videos.js';
 import { putRun } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
@@ -29,7 +29,7 @@ export function runSeveralDialog(setup) {
         setText(progress, `Run ${count(startedCount)} of ${count(videos.length)} is being started …`);
         return app.load(() => app.api.startRun(video.id, request, { signal }), putRun);
       },
-      sentence,
+      errorMessage,
     );
     setText(progress, '');
     if (started.length) toast(`${plural(started.length, 'run')} ${started.length === 1 ? 'is' : 'are'} started.`, { tone: 'good' });

@@ -1,7 +1,7 @@
 // @ts-check
 /** Add and remove tags of videos. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
@@ -42,7 +42,7 @@ export function tagsDialog({ app, data, close, signal }) {
       close();
       data.done();
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     } finally {
       submitButton.disabled = false;
     }

@@ -1,7 +1,7 @@
 // @ts-check
 /** Choose the label set of a video: the library's default, or its own. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { putVideo } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
 import { field } from './fields.js';
@@ -36,7 +36,7 @@ export function createLabelSetField(app, video, signal) {
     } catch (thrown) {
       if (signal.aborted) return;
       select.value = currentKey;
-      setText(errorText, sentence(thrown));
+      setText(errorText, errorMessage(thrown));
     } finally {
       select.disabled = false;
     }

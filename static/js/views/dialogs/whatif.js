@@ -1,7 +1,7 @@
 // @ts-check
 /** What-if: replays the stored evidence with other parameters and lists the differences. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
 import { runShare } from '../../model/run_progress.js';
 import { putRun } from '../../store/actions/page.js';
@@ -58,7 +58,7 @@ export function whatIfDialog({ app, data, close, signal }) {
       show(run);
       void pollRun(run.id);
     } catch (thrown) {
-      if (!signal.aborted) setText(errorText, sentence(thrown));
+      if (!signal.aborted) setText(errorText, errorMessage(thrown));
     } finally {
       check();
     }
@@ -77,7 +77,7 @@ export function whatIfDialog({ app, data, close, signal }) {
         setText(errorText, '');
         show(run);
       } catch (thrown) {
-        if (!signal.aborted) setText(errorText, sentence(thrown));
+        if (!signal.aborted) setText(errorText, errorMessage(thrown));
       }
     }
   }
@@ -109,7 +109,7 @@ export function whatIfDialog({ app, data, close, signal }) {
         h('span.meter', { style: { '--part': `${runShare(run) * 100}%` } }, h('span')),
         h(
           'button.btn.btn-small',
-          { onclick: () => api.cancelRun(run.id).catch((thrown) => setText(errorText, sentence(thrown))) },
+          { onclick: () => api.cancelRun(run.id).catch((thrown) => setText(errorText, errorMessage(thrown))) },
           'Cancel',
         ),
       );

@@ -1,7 +1,7 @@
 // @ts-check
 /** The changes of the selected track with author, time and earlier value. Loaded when the section is opened. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { commandName } from '../../editing/command_names.js';
 import { describeDifference } from '../../model/team.js';
 import { seek } from '../view_actions.js';
@@ -63,7 +63,7 @@ export function createHistory(app, signal) {
     } catch (thrown) {
       if (signal.aborted || shownKey !== requestedKey) return;
       loadedKey = '';
-      notice.textContent = sentence(thrown);
+      notice.textContent = errorMessage(thrown);
     }
   }
 

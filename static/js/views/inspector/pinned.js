@@ -4,7 +4,7 @@
  * label.
  */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { labelSetKey } from '../../editing/label_sets.js';
 import { labelFor, offeredLabels } from '../../model/labels.js';
 import { setPinnedLabel } from '../../operations/verdicts.js';
@@ -48,7 +48,7 @@ export function createPinned(app, signal) {
         tone: 'good',
       });
     } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad' });
+      if (!signal.aborted) toast(errorMessage(thrown), { tone: 'bad' });
     } finally {
       pictureButton.disabled = false;
     }

@@ -6,7 +6,7 @@
  * which `main.js` passes on as `tsr:scene3d`. Without WebGL the scene is offered as a file.
  */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { seek, select } from '../../store/actions/review.js';
 import { fill, h } from '../dom.js';
 import { emptyState, errorState, loadingState } from '../placeholders.js';
@@ -79,7 +79,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
     {
       onError: (thrown) => {
         if (signal.aborted) return;
-        fill(notice, sentence(thrown));
+        fill(notice, errorMessage(thrown));
         hasFailed = true;
         sentKey = ''; // sent again with the next change, for example when the server is back
       },
@@ -200,7 +200,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
       if (file.state === 'complete') fill(notice, 'Saved: ', h('a', { href: api.fileUrl(file.id), download: '' }, file.name));
       else fill(notice, file.error ?? 'The file was not made.');
     } catch (thrown) {
-      if (!signal.aborted) fill(notice, sentence(thrown));
+      if (!signal.aborted) fill(notice, errorMessage(thrown));
     } finally {
       isSaving = false;
       saveButton.disabled = false;

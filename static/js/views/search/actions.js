@@ -1,7 +1,7 @@
 // @ts-check
 /** Actions on the selected tracks: one operation per run, and one undo for all. */
 
-import { sentence } from '../../api/errors.js';
+import { errorMessage } from '../../api/errors.js';
 import { openDialog, setRuns } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../../model/format.js';
@@ -24,10 +24,7 @@ import { toast } from '../../core/toast.js';
  * @param {() => void} setup.selectNone
  * @param {AbortSignal} setup.signal
  */
-export function createSearchActions(
-  app,
-  { selected, onChange: onChange, repeatSearch: repeatSearch, openTrack: openTrack, selectAll: selectAll, selectNone: selectNone, signal },
-) {
+export function createSearchActions(app, { selected, onChange, repeatSearch, openTrack, selectAll, selectNone, signal }) {
   const { store, api } = app;
   /** Actions that can be undone, newest last. @type {{operations: TracksDone['operations'], description: string}[]} */
   const undoStack = [];
@@ -41,7 +38,7 @@ export function createSearchActions(
     await runRequest(async () => {
       const trackRefs = tracks.map(({ run, key, revision }) => ({ run, key, revision }));
       const answer = await api.actOnTracks({ action_id: crypto.randomUUID(), author: author(), action, tracks: trackRefs }, { signal });
-      if (answer.operations.length > 0) undoStack.push({ operations: answer.operations, description: description });
+      if (answer.operations.length > 0) undoStack.push({ operations: answer.operations, description });
       const text =
         answer.changed > 0
           ? `${description}: ${plural(answer.changed, 'track')} in ${plural(answer.operations.length, 'run')}.`
@@ -79,7 +76,7 @@ export function createSearchActions(
       // unchanged tracks have changed elsewhere: show their present state
       if (answer.stayed > 0) repeatSearch();
     } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'search' });
+      if (!signal.aborted) toast(errorMessage(thrown), { tone: 'bad', topic: 'search' });
     } finally {
       busy = false;
       if (!signal.aborted) show(selected().length);
@@ -116,7 +113,7 @@ export function createSearchActions(
         },
       });
     } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'search' });
+      if (!signal.aborted) toast(errorMessage(thrown), { tone: 'bad', topic: 'search' });
     }
   }
 
@@ -152,7 +149,7 @@ export function createSearchActions(
           );
       }
     } catch (thrown) {
-      if (!signal.aborted) toast(sentence(thrown), { tone: 'bad', topic: 'search' });
+      if (!signal.aborted) toast(errorMessage(thrown), { tone: 'bad', topic: 'search' });
       return;
     }
     store.dispatch(openDialog, { kind: 'export', data: { runs: Object.keys(tracks), tracks } });

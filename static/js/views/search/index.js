@@ -1,7 +1,7 @@
 // @ts-check
 /** The screen of the search: signs of all videos as crops, and actions on the selected ones. */
 
-import { ApiError, sentence } from '../../api/errors.js';
+import { ApiError, errorMessage } from '../../api/errors.js';
 import { formatSearch, idOf, describeMatchedLabels, parseSearch, selectTracks, withChanged } from '../../model/search.js';
 import { formatRoute } from '../../model/route.js';
 import { setVideos } from '../../store/actions/page.js';
@@ -203,7 +203,7 @@ export function createSearch(app) {
       nextCursor = found.next;
     } catch (thrown) {
       if (request === latestRequest && !signal.aborted) {
-        toast(sentence(thrown), { tone: 'bad', topic: 'search' });
+        toast(errorMessage(thrown), { tone: 'bad', topic: 'search' });
         nextCursor = null; // the user can search again; otherwise the list would request for ever
       }
       return false;
@@ -302,7 +302,7 @@ export function createSearch(app) {
       }
     },
     destroy() {
-      savedStates.set(app, { query: query ?? '', count: tracks.length, top: grid.top(), cursor: cursor, selected });
+      savedStates.set(app, { query: query ?? '', count: tracks.length, top: grid.top(), cursor, selected });
       lifetime.abort();
       element.remove();
     },
