@@ -182,7 +182,7 @@ def undone_at_end(page: Page) -> Iterator[Page]:
 
 
 def open_address(page: Page, hash_: str) -> None:
-    """Open an address in the page, and wait until it is shown; see :data:`LEAD` and :data:`OPEN`."""
+    """Open an address in the page, and wait until it is shown; see :data:`NAVIGATE` and :data:`IS_LOADED`."""
     page.evaluate(NAVIGATE, hash_)
     page.wait_for_function(IS_LOADED)
 

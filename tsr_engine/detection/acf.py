@@ -228,13 +228,13 @@ class AcfDetector:
         return self._detect(picture, None, frame)
 
     def revisit(self, picture: Picture, found: Detections, expected: FloatArray) -> Detections:
-        """Detections of :meth:`detect_in_turn`, and of expected signs that it did not find.
+        """Detections of :meth:`detect_part`, and of expected signs that it did not find.
 
         Each expected box without a detection goes through the steps after the scan, as if the scan had found it.
 
         Args:
             picture: BGR, uint8.
-            found: result of :meth:`detect_in_turn` for this picture.
+            found: result of :meth:`detect_part` for this picture.
             expected: expected boxes, shape (n, 4), px, with the box inset applied.
         """
         size = np.tile(expected[:, 2:] - expected[:, :2], 2)

@@ -16,7 +16,7 @@ export { keyFramesOf, nextKey, prevKey };
  * @param {number} frame
  * @param {(track: number, frame: number) => Box|null} engineBox   the engine's box
  * @param {(track: number) => number|null} [engineClass]           the engine's fused class
- * @returns {EffectiveBox|null}   `class_id` `NO_CLASS`: given by a person; null: neither a person nor `machineClass` gives one
+ * @returns {EffectiveBox|null}   `class_id` `NO_CLASS`: given by a person; null: neither a person nor `engineClass` gives one
  */
 export function boxAt(doc, frame, engineBox, engineClass) {
   if (doc.gone) return null;

@@ -72,7 +72,7 @@ export function logPosition(value, domain) {
 }
 
 /**
- * The inverse of `logPlace`, rounded to three digits, as tau is shown and typed.
+ * The inverse of `logPosition`, rounded to three digits, as tau is shown and typed.
  *
  * @param {number} position
  * @param {{low: number, high: number}} domain

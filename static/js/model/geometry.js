@@ -164,7 +164,7 @@ export function dragHandle(box, handle, dx, dy) {
 export const orderCorners = ([a, b, c, d]) => [Math.min(a, c), Math.min(b, d), Math.max(a, c), Math.max(b, d)];
 
 /**
- * A box inside the picture, no smaller than `LEAST`, rounded to tenths of a pixel.
+ * A box inside the picture, no smaller than `MIN_BOX_SIDE_PX`, rounded to tenths of a pixel.
  * @param {Box} box
  * @param {Size} picture
  * @returns {Box}

@@ -130,7 +130,7 @@ export function documentSpans(doc) {
   /** @type {Span[]} */
   const found = doc.segments.map((s) => [s.first, s.last]);
   const frames = keyFramesOf(doc);
-  // the same as `lineAt` just before the next key frame, but in one pass from the end: tracks may have thousands of key
+  // the same as `keyFrameBoxAt` just before the next key frame, but in one pass from the end: tracks may have thousands of key
   // frames
   let begun = frames.findIndex((frame) => doc.keys[frame].box !== null);
   if (begun < 0) begun = Infinity;
