@@ -17,7 +17,7 @@ ELSEWHERE = {
     "tsr_engine/params/aliases.py": "has the old names of parameters",
     "tests/params/test_renamed_parameters.py": "tries the old names of parameters",
     "app/api/old_addresses.py": "has the old addresses",
-    "tests/app/exchange/test_former_addresses.py": "tries the old addresses",
+    "tests/app/exchange/test_old_addresses.py": "tries the old addresses",
 }
 """Files that need former names, and why."""
 FORMER_FOLDERS = {
