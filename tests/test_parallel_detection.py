@@ -158,8 +158,8 @@ def test_signals_for_the_whole_group_do_not_end_a_helper() -> None:
 
 ENDLESS = """
 import os, sys, time
-from tests.test_parallel_detection import detected_ahead, numbered, trace_process
-for _, _, (found, _) in detected_ahead(numbered(250, []), trace_process, 2):
+from tests.test_parallel_detection import detect_in_parallel, numbered, trace_process
+for _, _, (found, _) in detect_in_parallel(numbered(250, []), trace_process, 2):
     print(int(found.scores[0]), flush=True)
     time.sleep(0.01)
 """

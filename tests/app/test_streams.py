@@ -161,7 +161,7 @@ def test_an_invalid_event_id_is_refused(live_server: ThreadedServer, last: str) 
 
 def test_open_streams_do_not_delay_shutdown(tmp_path: Path) -> None:
     with serve_in_thread(Server(tmp_path / "home")) as at:
-        pages = [EventStream(live_server) for _ in range(20)]
+        pages = [EventStream(at) for _ in range(20)]
         for page in pages:
             page.next()
         assert at.stop() < time_limit(3)

@@ -68,12 +68,12 @@ def test_a_lost_connection_is_an_outage(own_cluster: Cluster) -> None:
     database.close()
 
 
-def test_a_network_that_drops_packets_is_an_outage(own: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_network_that_drops_packets_is_an_outage(own_cluster: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     """The query fails when its packets are not acknowledged in time, and the next one waits for no answer either."""
     monkeypatch.setattr(
         storage, "NETWORK_OPTIONS", {**storage.NETWORK_OPTIONS, "connect_timeout": 2, "tcp_user_timeout": 2000}
     )
-    folder = make_url(own.url).query["host"]
+    folder = make_url(own_cluster.url).query["host"]
     with Way(f"{folder}/.s.PGSQL.5432") as way:
         database = Database(f"postgresql+psycopg://tsr@127.0.0.1:{way.port}/postgres")
         with database.read() as session:
