@@ -98,7 +98,7 @@ class Supervisor:
         self._cancelled_since: dict[str, float] = {}
         self._heartbeats: dict[str, tuple[object, float]] = {}
         self._causes: dict[int, ExitCause] = {}
-        """ExitCauses of death of this server's workers, by process id."""
+        """Causes of death of this server's workers, by process id."""
         self._memory_kills = count_oom_kills()
         self._place = lock_place(settings.home)
         self._queue = database.polled(self._read_queue)
