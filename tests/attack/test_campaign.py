@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.attack.campaign import Scale, campaign
+from tests.attack.campaign import campaign
+from tests.attack.campaign_stages import Scale
 
 
 @pytest.mark.slow

@@ -313,10 +313,8 @@ def test_two_videos_of_one_name_get_their_own_tracks(
     name: str, names: tuple[str, str], clip: Path, tmp_path: Path
 ) -> None:
     videos = [
-        _video(
-            clip, [make_track("m1", [index + 1], boxes=[(5.25, 6 + index, 25, 30)])], name=given, sha=str(index) * 64
-        )
-        for index, given in enumerate(names)
+        _video(clip, [make_track("m1", [k + 1], boxes=[(5.25, 6 + k, 25, 30)])], name=given, sha=str(k) * 64)
+        for k, given in enumerate(names)
     ]
     dataset = Dataset(GTSRB, tuple(videos))
     export_dataset(dataset, FORMATS[name], tmp_path / "out", _options(FORMATS[name]), zipped=False)
