@@ -88,17 +88,17 @@ class EventStream:
         Args:
             last: the number; unset: from now on.
             has_access: whether the listener still has access; called when accounts have changed and every few seconds.
-                The stream ends when it returns false.
+                The stream ends when it returns false, and when the database is lost.
         """
         page: asyncio.Queue[str | None] = asyncio.Queue()
-        # compare with the database: the reading task is up to one turn behind it
-        missed, newest = await asyncio.to_thread(self._missed, last)
-        seen = newest if last is None else last
-        if missed is None or seen > newest:
-            missed, seen = None, newest
-            yield f"id: {seen}\nevent: reset\ndata: {{}}\n\n"
-        self._pages.add(page)
         try:
+            # compare with the database: the reading task is up to one turn behind it
+            missed, newest = await asyncio.to_thread(self._missed, last)
+            seen = newest if last is None else last
+            if missed is None or seen > newest:
+                missed, seen = None, newest
+                yield f"id: {seen}\nevent: reset\ndata: {{}}\n\n"
+            self._pages.add(page)
             yield f'id: {seen}\nevent: hello\ndata: {{"seq": {seen}}}\n\n'
             if self._full is not None:
                 yield _storage(self._full)
@@ -123,10 +123,11 @@ class EventStream:
                     continue
                 if text is None or (text == _PEOPLE and not await has_access()):
                     return
-                if text == _PEOPLE:
-                    continue
-                if not text.startswith("id: ") or int(text[4 : text.index("\n")]) > seen:
+                is_new = not text.startswith("id: ") or int(text[4 : text.index("\n")]) > seen
+                if is_new and text != _PEOPLE:
                     yield text
+        except SQLAlchemyError:  # the page connects again, and continues after its last event
+            return
         finally:
             self._pages.discard(page)
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
 from typing import Annotated, cast
 
 from fastapi import Header, Request
 from fastapi.responses import StreamingResponse
-from sqlalchemy.exc import SQLAlchemyError
 
 from app.api.access import WhoDep
 from app.api.responses import failures
@@ -42,14 +40,5 @@ async def follow_events(
     async def has_access() -> bool:
         return await context.access.has_access(who.identity)
 
-    stream = _until_outage(running.stream.follow(None if last is None else int(last), has_access))
+    stream = running.stream.follow(None if last is None else int(last), has_access)
     return StreamingResponse(stream, media_type="text/event-stream", headers={"X-Accel-Buffering": "no"})
-
-
-async def _until_outage(stream: AsyncIterator[str]) -> AsyncIterator[str]:
-    """End a stream when the database is lost; the page connects again after the last event that it got."""
-    try:
-        async for text in stream:
-            yield text
-    except SQLAlchemyError:
-        return
