@@ -6,6 +6,7 @@
  * @typedef {import('./outbox.js').Outbox} Outbox
  */
 import { ApiError } from '../api/errors.js';
+import { sleep } from '../api/sleep.js';
 import { asCommand, rebase } from './pending.js';
 
 /** Pauses between attempts, ms. */
@@ -46,20 +47,13 @@ export const retryDelay = (attempts) => RETRY_DELAYS_MS[Math.min(attempts, RETRY
  * @returns {{sleep: (ms: number) => Promise<void>, wake: () => void}}
  */
 export function createWakeableSleep() {
-  /** @type {Set<() => void>} */
-  const waiting = new Set();
+  let waking = new AbortController();
   return {
-    sleep: (ms) =>
-      new Promise((resolve) => {
-        const timer = setTimeout(done, ms);
-        waiting.add(done);
-        function done() {
-          clearTimeout(timer);
-          waiting.delete(done);
-          resolve();
-        }
-      }),
-    wake: () => [...waiting].forEach((done) => done()),
+    sleep: (ms) => sleep(ms, waking.signal),
+    wake() {
+      waking.abort();
+      waking = new AbortController();
+    },
   };
 }
 
