@@ -76,7 +76,7 @@ def _on_ray(
     resource.setrlimit(resource.RLIMIT_AS, (resource.getrlimit(resource.RLIMIT_AS)[1],) * 2)
     path = request.video if isinstance(request.video, Path) else request.video.path
     settings = task.settings
-    order = NodeTask(
+    node_task = NodeTask(
         replace(request, video=path, shared=True, cores=settings.cores or 1), models, digests, settings.worker_memory_mb
     )
     address = settings.executor.partition("://")[2] or None
@@ -89,7 +89,7 @@ def _on_ray(
 
     while True:
         try:
-            return run_on_node(order, address, progress, stop, task.note)
+            return run_on_node(node_task, address, progress, stop, task.note)
         except ClusterUnreachable as error:
             if not waiting:
                 _log.warning("%s The run waits for it.", error)

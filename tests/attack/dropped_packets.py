@@ -1,4 +1,4 @@
-"""A way to a PostgreSQL cluster over TCP whose packets can be dropped, as a broken network does."""
+"""A TCP proxy of a PostgreSQL cluster that can drop all packets, as a broken network does."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _DROP_ALL: Final = ctypes.create_string_buffer(struct.pack("HBBI", 0x06, 0, 0, 0
 """A filter of Linux for packets (BPF) that returns 0: keep no byte."""
 
 
-class Way:
+class DroppingProxy:
     """Forwards connections from a TCP port to a socket file; a context manager.
 
     While packets are dropped, neither side gets an answer: no reset, and no acknowledgement.
@@ -32,50 +32,50 @@ class Way:
         self._target = target
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = int(self._listener.getsockname()[1])
-        self._open: list[socket.socket] = [self._listener]
-        self._far: list[socket.socket] = []
-        self._clear = threading.Event()
-        self._clear.set()
+        self._client_side: list[socket.socket] = [self._listener]
+        self._upstream: list[socket.socket] = []
+        self._is_open = threading.Event()
+        self._is_open.set()
 
-    def __enter__(self) -> Way:
+    def __enter__(self) -> DroppingProxy:
         threading.Thread(target=self._accept, daemon=True).start()
         return self
 
     def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
-        self._clear.set()
-        for one in (*self._open, *self._far):
+        self._is_open.set()
+        for opened in (*self._client_side, *self._upstream):
             with suppress(OSError):
-                one.shutdown(socket.SHUT_RDWR)
-            one.close()
+                opened.shutdown(socket.SHUT_RDWR)
+            opened.close()
 
     def drop(self) -> None:
         """Drop all packets from now on."""
-        self._clear.clear()
+        self._is_open.clear()
         program = struct.pack("HL", 1, ctypes.addressof(_DROP_ALL))
-        for one in self._open:
-            one.setsockopt(socket.SOL_SOCKET, _ATTACH, program)
+        for opened in self._client_side:
+            opened.setsockopt(socket.SOL_SOCKET, _ATTACH, program)
 
     def restore(self) -> None:
         """Let packets through again."""
-        for one in self._open:
+        for opened in self._client_side:
             with suppress(OSError):
-                one.setsockopt(socket.SOL_SOCKET, _DETACH, 0)
-        self._clear.set()
+                opened.setsockopt(socket.SOL_SOCKET, _DETACH, 0)
+        self._is_open.set()
 
     def _accept(self) -> None:
         with suppress(OSError):
             while True:
-                near, _ = self._listener.accept()
-                self._open.append(near)
-                far = socket.socket(socket.AF_UNIX)
-                self._far.append(far)
-                far.connect(self._target)
-                for source, sink in ((near, far), (far, near)):
+                client, _ = self._listener.accept()
+                self._client_side.append(client)
+                upstream = socket.socket(socket.AF_UNIX)
+                self._upstream.append(upstream)
+                upstream.connect(self._target)
+                for source, sink in ((client, upstream), (upstream, client)):
                     threading.Thread(target=self._pump, args=(source, sink), daemon=True).start()
 
     def _pump(self, source: socket.socket, sink: socket.socket) -> None:
         with suppress(OSError):
             while data := source.recv(65536):
-                self._clear.wait()
+                self._is_open.wait()
                 sink.sendall(data)
             sink.shutdown(socket.SHUT_WR)

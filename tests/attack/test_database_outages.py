@@ -23,7 +23,7 @@ from app.storage.database import Database, storage_failure
 from app.storage.models import Job
 from tests.app.databases import Cluster, new_database, running_cluster
 from tests.app.toy_server import Server
-from tests.attack.dropped_packets import Way
+from tests.attack.dropped_packets import DroppingProxy
 
 
 @pytest.fixture(scope="module")
@@ -74,18 +74,18 @@ def test_a_network_that_drops_packets_is_an_outage(own_cluster: Cluster, monkeyp
         storage, "NETWORK_OPTIONS", {**storage.NETWORK_OPTIONS, "connect_timeout": 2, "tcp_user_timeout": 2000}
     )
     folder = make_url(own_cluster.url).query["host"]
-    with Way(f"{folder}/.s.PGSQL.5432") as way:
-        database = Database(f"postgresql+psycopg://tsr@127.0.0.1:{way.port}/postgres")
+    with DroppingProxy(f"{folder}/.s.PGSQL.5432") as proxy:
+        database = Database(f"postgresql+psycopg://tsr@127.0.0.1:{proxy.port}/postgres")
         with database.read() as session:
             session.execute(text("SELECT 1"))
-        way.drop()
+        proxy.drop()
         for _ in range(2):
             began = time.monotonic()
             with pytest.raises(OperationalError) as failed, database.read() as session:
                 session.execute(text("SELECT 1"))
             assert time.monotonic() - began < 20
             assert isinstance(storage_failure(failed.value), Busy)
-        way.restore()
+        proxy.restore()
         with database.read() as session:
             assert session.execute(text("SELECT 1")).scalar() == 1
         database.close()

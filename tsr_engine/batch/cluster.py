@@ -11,10 +11,9 @@ from tsr_engine.extras import explained
 
 __all__ = ["ClusterUnreachable", "connect"]
 
-
-_PATIENCE: Final = 5.0
+_CONNECT_TIMEOUT_S: Final = 5.0
 """Seconds that the port of a cluster may take to answer."""
-_TRIES: Final = "1"
+_HEAD_TRIES: Final = "1"
 """Tries of Ray to reach the head of a cluster, 40 s each; its own 20 would block a run for a quarter of an hour."""
 
 
@@ -34,7 +33,7 @@ def connect(address: str | None, *, start_local: bool) -> Any:  # Any: mypy does
         ClusterUnreachable: the cluster cannot be reached.
     """
     if not start_local:
-        os.environ.setdefault("RAY_NUM_REDIS_GET_RETRIES", _TRIES)  # read when Ray is imported
+        os.environ.setdefault("RAY_NUM_REDIS_GET_RETRIES", _HEAD_TRIES)  # read when Ray is imported
     with explained():
         import ray
     options = {"log_to_driver": False, "logging_level": "ERROR"}
@@ -64,4 +63,4 @@ def _require_answer(address: str) -> None:
     """
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if host and port.isdecimal():
-        socket.create_connection((host.strip("[]"), int(port)), _PATIENCE).close()
+        socket.create_connection((host.strip("[]"), int(port)), _CONNECT_TIMEOUT_S).close()
