@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from playwright.sync_api import Page, Route
 
+from tests.e2e.interception import intercept
 from tests.e2e.screenshot_views import SHOWN
 
 DRAWN = [100, 120, 180, 200]
@@ -203,7 +204,7 @@ def _retrained(page: Page, facts: dict[str, Any]) -> None:
         known = listed.json()
         route.fulfill(response=listed, json=known | {"models": [version, *known["models"]]})
 
-    page.route("**/api/models", answer)
+    intercept(page, "**/api/models", answer)
     _screen("models")(page, facts)
     page.get_by_role("heading", name="Evening drives").wait_for()
     page.unroute("**/api/models")

@@ -16,6 +16,7 @@ from sample_videos import SHIPPED
 from tests.attack.many_tracks import mot_archive
 from tests.e2e.browsers import open_browser
 from tests.e2e.forked_server import ForkedServer
+from tests.e2e.interception import intercept
 from tests.e2e.review_session import ReviewSession, fresh_page, go_back, import_tracks, open_address
 
 
@@ -156,7 +157,7 @@ def test_what_can_be_compared_is_grouped_under_its_video(review: ReviewSession, 
     labels = [group.get_attribute("label") for group in groups.all()]
     assert labels == ["Runs of first.mp4", "Corrections on first.mp4", "Ground truth of first.mp4"]
     held: list[Route] = []
-    page.route("**/ground-truths", lambda route: held.append(route))
+    intercept(page, "**/ground-truths", lambda route: held.append(route))
     page.get_by_label("Video", exact=True).last.select_option(label="second.mp4")
     expect(page.get_by_role("dialog").get_by_role("button", name="Compare", exact=True)).to_be_disabled()
     while not held:

@@ -15,6 +15,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
+from tests.e2e.interception import intercept
 from tests.e2e.review_session import (
     ReviewSession,
     centre,
@@ -303,7 +304,7 @@ def test_the_end_of_the_queue_leads_to_the_next_video(review: ReviewSession, pag
     expect(end.get_by_role("button")).to_be_hidden()
     known = review.server.call("GET", "/videos")["videos"]
     other = {**known[0], "id": "a" * 64, "name": "next drive.mp4", "review": {"tracks": 12, "reviewed": 5}}
-    page.route(re.compile(r"/api/videos$"), lambda route: route.fulfill(json={"videos": [*known, other]}))
+    intercept(page, re.compile(r"/api/videos$"), lambda route: route.fulfill(json={"videos": [*known, other]}))
     open_address(page, "#/")
     expect(page.get_by_role("heading", name="next drive.mp4")).to_be_visible()
     go_back(page)

@@ -17,6 +17,7 @@ from playwright.sync_api import BrowserContext, Page, Route, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.forked_server import ForkedServer
+from tests.e2e.interception import intercept
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_session import fresh_page, go_back, open_address, without_errors
 
@@ -113,7 +114,7 @@ def test_several_videos_of_a_folder_are_added_at_once(page: Page) -> None:
     names = ("a.mp4", "b.mp4", "c.mp4")
     videos = [{"name": name, "path": f"/v/{name}", "size": 1} for name in names]
     folder = {"path": "/v", "parent": None, "folders": [], "videos": videos, "truncated": False}
-    page.route(re.compile(r"/api/browse"), lambda route: route.fulfill(json=folder))
+    intercept(page, re.compile(r"/api/browse"), lambda route: route.fulfill(json=folder))
     known = page.evaluate("async () => (await (await fetch('/api/videos')).json()).videos[0]")
     requests: list[str] = []
 
@@ -128,7 +129,7 @@ def test_several_videos_of_a_folder_are_added_at_once(page: Page) -> None:
         else:
             route.fulfill(status=201, json=known)
 
-    page.route(re.compile(r"/api/videos$"), add)
+    intercept(page, re.compile(r"/api/videos$"), add)
     page.get_by_role("button", name="Add from folder").first.click()
     dialog = page.get_by_role("dialog")
     dialog.get_by_role("button", name="Choose all 3").click()
@@ -151,7 +152,7 @@ def test_all_videos_without_a_run_get_one(page: Page) -> None:
     known = page.evaluate("async () => (await (await fetch('/api/videos')).json()).videos[0]")
     ran = page.evaluate("async (id) => (await fetch(`/api/runs/${id}`)).json()", known["latest_run"])
     new = [{**known, "id": digit * 64, "name": f"{digit}.mp4", "runs": 0, "latest_run": None} for digit in "abc"]
-    page.route(re.compile(r"/api/videos$"), lambda route: route.fulfill(json={"videos": [known, *new]}))
+    intercept(page, re.compile(r"/api/videos$"), lambda route: route.fulfill(json={"videos": [known, *new]}))
     requests: list[str] = []
 
     def start(route: Route) -> None:
@@ -161,7 +162,7 @@ def test_all_videos_without_a_run_get_one(page: Page) -> None:
         run = {**ran, "id": video[:32], "video_id": video, "state": "queued"}
         route.fulfill(status=507, json={"error": error}) if video[0] == "b" else route.fulfill(status=201, json=run)
 
-    page.route(re.compile(r"/api/videos/[abc]{64}/runs$"), start)
+    intercept(page, re.compile(r"/api/videos/[abc]{64}/runs$"), start)
     page.reload()
     page.get_by_label("Search videos").fill("c.mp4")
     expect(page.get_by_role("button", name="Run all new")).to_be_hidden()
@@ -176,7 +177,7 @@ def test_all_videos_without_a_run_get_one(page: Page) -> None:
 
 def test_a_folder_that_holds_more_than_is_listed_says_so(page: Page) -> None:
     folder = {"path": "/v", "parent": None, "folders": ["<b>drives"], "videos": [], "truncated": True}
-    page.route(re.compile(r"/api/browse"), lambda route: route.fulfill(json=folder))
+    intercept(page, re.compile(r"/api/browse"), lambda route: route.fulfill(json=folder))
     page.get_by_role("button", name="Add from folder").first.click()
     dialog = page.get_by_role("dialog")
     expect(dialog.get_by_role("button", name="<b>drives")).to_be_visible()

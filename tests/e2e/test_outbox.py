@@ -15,6 +15,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, Route, expect
 
+from tests.e2e.interception import intercept
 from tests.e2e.review_session import ReviewSession, open_address, select_track, state, wait_for, without_errors
 
 
@@ -58,14 +59,14 @@ def test_edits_of_an_earlier_visit_are_sent_in_their_order_after_the_clock_was_s
 ) -> None:
     key, at = to_a_box(page)
     edits = re.compile(r"/api/runs/.*/edits$")
-    page.route(edits, lambda route: route.abort())
+    intercept(page, edits, lambda route: route.abort())
     for turn in range(3):
         page.evaluate("(days) => { const now = Date.now; Date.now = () => now() - days * 86400000; }", turn)
         page.keyboard.press("Alt+ArrowLeft" if turn == 1 else "ArrowLeft")  # successive moves would be one edit
         wait_for(page, lambda s, turn=turn: s["unsaved"] == turn + 1)
     box = state(page)["docs"][key]["keys"][at]["box"]
     # some are sent before the review is open, so their events arrive before the documents
-    page.route(re.compile(r"/api/runs/.*/annotation"), lambda route: (time.sleep(0.5), route.continue_())[1])
+    intercept(page, re.compile(r"/api/runs/.*/annotation"), lambda route: (time.sleep(0.5), route.continue_())[1])
     page.unroute(edits)
     page.reload()
     comes_back(review, page, key, at, box)
@@ -142,7 +143,7 @@ def test_a_full_disk_or_a_locked_database_keeps_the_edit(
         else:
             route.fallback()
 
-    page.route(edits, refuse)
+    intercept(page, edits, refuse)
     select_track(page, key)
     page.keyboard.press("u")
     banner = page.locator(".banner").filter(has_text="The disk is full. Make room.")
@@ -201,7 +202,7 @@ def test_undo_without_a_server_is_about_what_was_done_before_it(review: ReviewSe
 def test_a_review_that_was_left_is_saved_from_the_library(review: ReviewSession, page: Page) -> None:
     key, at = to_a_box(page)
     edits = re.compile(r"/api/runs/.*/edits$")
-    page.route(edits, lambda route: route.abort())
+    intercept(page, edits, lambda route: route.abort())
     page.keyboard.press("ArrowLeft")
     page.keyboard.press("w")
     wait_for(page, lambda s: s["unsaved"] == 2)

@@ -14,6 +14,7 @@ from playwright.sync_api import BrowserContext, Page, Route, expect
 
 from sample_videos import SHIPPED
 from tests.e2e.forked_server import ForkedServer
+from tests.e2e.interception import intercept
 from tests.e2e.live_server import LiveServer
 from tests.e2e.review_session import fresh_page
 
@@ -48,7 +49,7 @@ class UploadGate:
     def __init__(self, page: Page) -> None:
         self.held: list[Route] = []
         self._open = False
-        page.route(UPLOADS, lambda route: self._come(route))
+        intercept(page, UPLOADS, lambda route: self._come(route))
 
     def _come(self, route: Route) -> None:
         if self._open:

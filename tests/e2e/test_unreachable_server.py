@@ -8,6 +8,7 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, Route, expect
 
+from tests.e2e.interception import intercept
 from tests.e2e.review_session import ReviewSession, open_address
 
 
@@ -30,7 +31,7 @@ def test_pictures_that_could_not_be_loaded_are_loaded_when_the_server_is_back(
         else:
             route.continue_()
 
-    page.route("**/api/**", without_pictures)
+    intercept(page, "**/api/**", without_pictures)
     open_address(page, screen)
     missing = page.locator("img.no-picture[src]")
     expect(missing.first).to_be_attached()

@@ -12,6 +12,7 @@ pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect
 
 from sample_videos import SHIPPED
+from tests.e2e.interception import intercept
 from tests.e2e.review_session import (
     ReviewSession,
     go_back,
@@ -193,7 +194,7 @@ def test_an_empty_review_says_what_became_of_its_run(page: Page) -> None:
     expect(places).to_have_text(["The run has found no sign. N draws a track by hand."] * 2, use_inner_text=True)
     page.evaluate(shown, ["failed", "Frame 7 cannot be decoded."])
     expect(places).to_contain_text(["The run failed: Frame 7 cannot be decoded."] * 2)
-    page.route("**/resume", lambda route: route.abort())
+    intercept(page, "**/resume", lambda route: route.abort())
     with page.expect_request("**/resume") as asked:
         page.get_by_role("button", name="Resume the run").last.click()
     assert asked.value.url.split("/")[-2] == state(page)["run"]
