@@ -99,6 +99,17 @@ BURST = """async ([one, two, three]) => {
   await Promise.all([...puts, outbox.remove(three.op_id)]);
 }"""
 """Changed, and acknowledged, before the database has said that it holds them."""
+CUT_OFF = """async ([one, ...changes]) => {
+  const { createOutbox } = await import('/static/js/editing/outbox.js');
+  const outbox = createOutbox();
+  await outbox.all(); // the database is open
+  const complete = Object.getOwnPropertyDescriptor(IDBTransaction.prototype, 'oncomplete');
+  Object.defineProperty(IDBTransaction.prototype, 'oncomplete', { set() {}, configurable: true });
+  for (const edit of [one, ...changes]) void outbox.put(edit);
+  await new Promise((done) => setTimeout(done));
+  Object.defineProperty(IDBTransaction.prototype, 'oncomplete', complete);
+}"""
+"""Changed by a page that ends before the database has said anything."""
 
 
 def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(review: ReviewSession) -> None:
@@ -125,6 +136,15 @@ def test_the_outbox_takes_over_what_an_older_one_holds_and_counts_on(review: Rev
     assert outbox("load", "r") == [edit("b", seen={"m1": 5}), edit("c"), edit("A")]
     page.evaluate(BURST, [edit("e", run="t"), edit("d", run="t"), edit("f", run="t")])
     assert outbox("load", "t") == [edit("e", run="t", seen={"m1": 9}), edit("d", run="t")]
+    page.evaluate(
+        CUT_OFF, [edit("h", run="u"), edit("i", run="u"), *(edit("h", run="u", seen={"m1": n}) for n in (1, 2))]
+    )
+    assert outbox("load", "u") == [edit("h", run="u", seen={"m1": 2}), edit("i", run="u")]
+    outbox("put", edit("h", run="u", seen={"m1": 3}))
+    assert outbox("load", "u") == [edit("h", run="u", seen={"m1": 3}), edit("i", run="u")]
+    outbox("remove", "h")
+    page.evaluate("globalThis.outbox = undefined")
+    assert outbox("load", "u") == [edit("i", run="u")]
     page.context.close()
 
 

@@ -8,6 +8,10 @@
  * Operations are sent in the order in which they were first put. The database numbers them across visits: a clock can
  * be set back, and an edit would then be sent before the edit that it builds on.
  *
+ * A change of an operation replaces its row. If the database has not told the number of that row yet, the change gets a
+ * row of its own: the page may end before the number is known. So an operation has the place of its first row and the
+ * content of its last.
+ *
  * @typedef {import('../types.js').Command} Command
  * @typedef {object} Pending
  * @property {string} op_id
@@ -17,6 +21,10 @@
  * @property {Record<string, number>} seen   revision that the person saw, of each track that the command touches
  * @property {import('../types.js').UndoTarget} [about]   the operation that an undo or redo is about
  * @property {boolean} [growing]   a box that is being moved by keys; it is sent when no key is pressed for a while
+ *
+ * @typedef {object} Row
+ * @property {number|undefined} order   its number; undefined: the database has not told it yet
+ * @property {Promise<number>} written
  *
  * @typedef {object} Outbox
  * @property {() => Promise<Pending[]>} all               of all runs, in order
@@ -38,8 +46,8 @@ const OLD_STORE_NAME = 'outbox';
 export function createOutbox(factory = globalThis.indexedDB) {
   /** @type {Promise<IDBDatabase>|null} */
   let opened = null;
-  /** Number of each operation in the database, once it has one. @type {Map<string, Promise<number>>} */
-  const orderNumbers = new Map();
+  /** Rows of each operation in the database, oldest first. @type {Map<string, Row[]>} */
+  const rows = new Map();
 
   /** A database that failed or was closed is opened again by the next access. */
   const resetConnection = () => (opened = null);
@@ -69,40 +77,58 @@ export function createOutbox(factory = globalThis.indexedDB) {
     });
   }
 
-  /** The number of an operation; undefined: it is not in the database. @param {string} op_id @returns {Promise<number|undefined>} */
-  const orderNumber = async (op_id) => orderNumbers.get(op_id)?.catch(() => undefined);
-
-  /** @param {Pending} pending @param {Promise<number|undefined>} orderNumber @returns {Promise<number>} */
-  async function write(pending, orderNumber) {
-    const order = await orderNumber;
+  /** @param {Pending} pending @param {number} [order] @returns {Promise<number>} the row's number */
+  async function write(pending, order) {
     const key = await runTransaction('readwrite', (store) => store.put(order === undefined ? pending : { ...pending, order }));
     return /** @type {number} */ (key);
   }
 
   async function all() {
-    const rows = /** @type {(Pending & {order: number})[]} */ (await runTransaction('readonly', (store) => store.getAll()));
-    return rows.map(({ order, ...pending }) => {
-      orderNumbers.set(pending.op_id, Promise.resolve(order));
-      return pending;
-    });
+    const read = /** @type {(Pending & {order: number})[]} */ (await runTransaction('readonly', (store) => store.getAll()));
+    /** @type {Map<string, Pending>} */
+    const operations = new Map();
+    /** @type {Map<string, Row[]>} */
+    const known = new Map();
+    for (const { order, ...pending } of read) {
+      operations.set(pending.op_id, pending); // in the order of the first rows
+      known.set(pending.op_id, [...(known.get(pending.op_id) ?? []), { order, written: Promise.resolve(order) }]);
+    }
+    for (const [op_id, found] of known) {
+      const unread = (rows.get(op_id) ?? []).filter(({ order }) => order === undefined);
+      rows.set(op_id, [...found, ...unread]);
+    }
+    return [...operations.values()];
   }
 
   return {
     all,
     load: async (run) => (await all()).filter((one) => one.run === run),
     async put(pending) {
-      const written = write(pending, orderNumber(pending.op_id));
-      // a later change waits only for the first write, which assigns the number
-      const first = orderNumbers.get(pending.op_id) ?? written;
-      orderNumbers.set(pending.op_id, first);
-      first.catch(() => orderNumbers.get(pending.op_id) === first && orderNumbers.delete(pending.op_id));
+      const { op_id } = pending;
+      const ofOperation = rows.get(op_id) ?? [];
+      const order = ofOperation.at(-1)?.order;
+      const written = write(pending, order);
+      if (order === undefined) {
+        /** @type {Row} */
+        const row = { order, written };
+        rows.set(op_id, [...ofOperation, row]);
+        written.then(
+          (number) => (row.order = number),
+          () => {
+            const left = rows.get(op_id)?.filter((one) => one !== row);
+            if (left) rows.set(op_id, left);
+          },
+        );
+      }
       await written;
     },
     async remove(op_id) {
-      const known = orderNumber(op_id);
-      orderNumbers.delete(op_id);
-      const order = await known;
-      if (order !== undefined) await runTransaction('readwrite', (store) => store.delete(order));
+      const removed = rows.get(op_id) ?? [];
+      rows.delete(op_id);
+      const numbers = (await Promise.allSettled(removed.map(({ written }) => written))).flatMap((one) =>
+        one.status === 'fulfilled' ? [one.value] : [],
+      );
+      if (numbers.length) await runTransaction('readwrite', (store) => numbers.map((number) => store.delete(number))[0]);
     },
   };
 }
