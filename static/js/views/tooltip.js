@@ -32,13 +32,14 @@ export function createTooltip(signal) {
       anchor = target;
       setText(element, target.title);
       element.showPopover();
-      const control = target.getBoundingClientRect();
-      const { width, height } = element.getBoundingClientRect();
-      const below = control.bottom + GAP_PX;
-      const top = below + height <= innerHeight ? below : control.top - GAP_PX - height;
-      const left = Math.min(control.left + control.width / 2 - width / 2, innerWidth - width - GAP_PX);
-      element.style.setProperty('left', `${Math.max(GAP_PX, left)}px`);
-      element.style.setProperty('top', `${Math.max(GAP_PX, top)}px`);
+      const [left, top] = tooltipPlace(
+        target.getBoundingClientRect(),
+        target.closest('[role="menu"]')?.getBoundingClientRect() ?? null,
+        element.getBoundingClientRect(),
+        { width: innerWidth, height: innerHeight },
+      );
+      element.style.setProperty('left', `${left}px`);
+      element.style.setProperty('top', `${top}px`);
     },
     { signal },
   );
@@ -54,4 +55,25 @@ export function createTooltip(signal) {
     { signal, capture: true },
   );
   return element;
+}
+
+/**
+ * The place of a tooltip in the window: beside a menu, so that it covers none of its entries, otherwise below or above
+ * the control.
+ * @param {Pick<DOMRect, 'left'|'top'|'bottom'|'width'>} control
+ * @param {Pick<DOMRect, 'left'|'right'>|null} menu   the menu of the control
+ * @param {import('../model/geometry.js').Size} size   of the tooltip
+ * @param {import('../model/geometry.js').Size} screen   size of the window
+ * @returns {[number, number]} left and top, CSS px
+ */
+export function tooltipPlace(control, menu, { width, height }, screen) {
+  const lastLeft = screen.width - width - GAP_PX;
+  if (menu !== null) {
+    const top = Math.max(GAP_PX, Math.min(control.top, screen.height - height - GAP_PX));
+    if (menu.right + GAP_PX <= lastLeft) return [menu.right + GAP_PX, top];
+    if (menu.left - GAP_PX - width >= GAP_PX) return [menu.left - GAP_PX - width, top];
+  }
+  const below = control.bottom + GAP_PX;
+  const top = below + height <= screen.height ? below : control.top - GAP_PX - height;
+  return [Math.max(GAP_PX, Math.min(control.left + control.width / 2 - width / 2, lastLeft)), Math.max(GAP_PX, top)];
 }

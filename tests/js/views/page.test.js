@@ -6,6 +6,7 @@ import { describeVersion as describeDoc, differingKeyFrames } from '../../../sta
 import { truncatedMessage } from '../../../static/js/views/dialogs/add_video.js';
 import { groupOperations } from '../../../static/js/views/dialogs/help.js';
 import { labelsNamed } from '../labels.js';
+import { tooltipPlace } from '../../../static/js/views/tooltip.js';
 import { describeSaveState } from '../../../static/js/views/topbar.js';
 import { findParameters, parseValue, presetValue } from '../../../static/js/views/parameter_fields.js';
 import { changedFrameCount, listChanges } from '../../../static/js/views/whatif_changes.js';
@@ -189,4 +190,15 @@ test('changed frames are counted even if the tracks are the same', () => {
   assert.equal(changedFrameCount(run({})), 33);
   assert.equal(changedFrameCount(run({ identical_frames: 76 })), 0);
   assert.equal(changedFrameCount({ ...run({}), summary: {} }), 0);
+});
+
+test('a tooltip covers no entry of its menu', () => {
+  const screen = { width: 1000, height: 600 };
+  const tip = { width: 300, height: 50 };
+  const entry = (/** @type {number} */ left, /** @type {number} */ top) => ({ left, top, bottom: top + 20, width: 200 });
+  assert.deepEqual(tooltipPlace(entry(100, 580), { left: 100, right: 300 }, tip, screen), [306, 544]);
+  assert.deepEqual(tooltipPlace(entry(780, 40), { left: 780, right: 980 }, tip, screen), [474, 40]);
+  assert.deepEqual(tooltipPlace(entry(250, 40), { left: 250, right: 750 }, tip, screen), [200, 66], 'no room beside it');
+  assert.deepEqual(tooltipPlace(entry(100, 40), null, tip, screen), [50, 66]);
+  assert.deepEqual(tooltipPlace(entry(950, 570), null, tip, screen), [694, 514]);
 });
