@@ -117,6 +117,12 @@ export function createFollowControl({ store, api, edit, author, signal, toast, s
     if (id) void api.dropFollow(id).catch(() => {});
   }
 
+  // its drawing may have been undone, or somebody else may have deleted it
+  const unsubscribe = store.subscribe(({ review }) => {
+    if (review?.following && review.docs[review.following.key]?.gone) drop();
+  });
+  signal.addEventListener('abort', unsubscribe, { once: true });
+
   return {
     start: (wanted) => void start(wanted),
     correct(anchor) {

@@ -4,6 +4,7 @@ import { getEventListeners } from 'node:events';
 import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
+import { blankDoc } from '../../../static/js/model/documents.js';
 import { createFollowControl } from '../../../static/js/review/follow_control.js';
 import { changeReview, openReview } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
@@ -55,6 +56,19 @@ function createFixture(api = {}, acceptsEdits = true) {
 const settle = async () => {
   for (let i = 0; i < 60; i += 1) await Promise.resolve();
 };
+
+test('the proposals of a track that is deleted, or whose drawing is undone, are dropped', async () => {
+  const { control, store, log, now } = createFixture();
+  control.start(WANTED);
+  await settle();
+  store.dispatch(changeReview, { docs: { m2: { ...blankDoc('m2'), gone: true } } });
+  await settle();
+  assert.notEqual(now(), null);
+  store.dispatch(changeReview, { docs: { m1: { ...blankDoc('m1'), gone: true } } });
+  await settle();
+  assert.equal(now(), null);
+  assert.deepEqual(log.at(-1), ['drop', 'f1']);
+});
 
 test('proposals arrive and are accepted by one operation', async () => {
   const { control, log, commands, now, end } = createFixture();
