@@ -5,6 +5,7 @@ import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { covers, rangeAround, recordingFor, storedFrames } from '../../../static/js/views/recording/ranges.js';
 import { readMessage } from '../../../static/js/views/recording/messages.js';
 import { seekRequest, selectRequest } from '../../../static/js/views/recording/protocol.js';
+import { createTimeSync } from '../../../static/js/views/recording/time_sync.js';
 import { correctedKeysInOrder, entityOf, trackOf } from '../../../static/js/views/recording/selection.js';
 
 /** @param {Uint8Array} data */
@@ -109,4 +110,40 @@ test('the newest finished recording that has the frame is shown', () => {
 test('messages of other types are ignored', () => {
   for (const data of [null, 'time', 7, {}, { type: 'else' }, { kind: 'time' }]) assert.equal(readMessage(data, ['time']), null);
   assert.deepEqual(readMessage({ type: 'time', frame: 3 }, ['time']), { type: 'time', frame: 3 });
+});
+
+test('the page hears only of the frames to which a person moves the viewer', () => {
+  const sync = createTimeSync();
+  assert.equal(sync.report(0), null, 'the first frame of a recording is nobody’s choice');
+  assert.ok(sync.request(84));
+  assert.equal(sync.report(0), null);
+  assert.equal(sync.report(84), null);
+  assert.ok(!sync.request(84), 'it is there');
+  assert.equal(sync.report(85), 85);
+  assert.ok(sync.request(10));
+  assert.ok(sync.request(11));
+  assert.equal(sync.report(11), null);
+  assert.equal(sync.report(10), 10, 'the request for 10 was overtaken');
+});
+
+test('a viewer that opens only after the page has sought does not take the page back', () => {
+  const sync = createTimeSync();
+  assert.ok(sync.request(84));
+  assert.ok(!sync.hasTime());
+  assert.equal(sync.report(0), null);
+  assert.ok(sync.hasTime() && sync.isNewest(84));
+  assert.equal(sync.report(84), null);
+  sync.reset(); // another recording
+  assert.equal(sync.report(40), null);
+  assert.equal(sync.report(41), 41);
+});
+
+test('a viewer that refuses a request can be asked for the same frame again', () => {
+  const sync = createTimeSync();
+  sync.report(0);
+  sync.request(84);
+  sync.giveUp();
+  assert.ok(!sync.isNewest(84));
+  assert.equal(sync.report(0), null);
+  assert.ok(sync.request(84));
 });

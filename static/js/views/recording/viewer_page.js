@@ -6,6 +6,7 @@
 
 import { readMessage } from './messages.js';
 import { seekRequest, selectRequest } from './protocol.js';
+import { createTimeSync } from './time_sync.js';
 
 /** @typedef {import('./messages.js').ToFrame} ToFrame */
 /** @typedef {import('./messages.js').FromFrame} FromFrame */
@@ -22,11 +23,12 @@ import { seekRequest, selectRequest } from './protocol.js';
 
 const TIMELINE = 'frame';
 const CHANNEL = 'recording';
-const MAX_PENDING_SEEKS = 32;
 /** The longest time until a recording counts as open, ms. */
 const MAX_OPENING_MS = 5000;
-/** Number of attempts to seek while the viewer loads the recording, and the pause between them, ms. */
+/** Number of attempts to seek once the viewer has a time, and before: without a graphics card it loads for half a minute. */
 const MAX_SEEK_TRIES = 40;
+const MAX_EARLY_SEEK_TRIES = 800;
+/** Pause between two attempts, ms. */
 const SEEK_RETRY_MS = 150;
 /** Interval of checks whether the viewer still runs, ms. */
 const HEALTH_CHECK_MS = 1000;
@@ -37,10 +39,7 @@ const note = /** @type {HTMLElement} */ (document.getElementById('note'));
 let handle = null;
 /** The present timeline; recordings open on this one. */
 let timeline = TIMELINE;
-/** The frame that both sides know. @type {number|null} */
-let knownFrame = null;
-/** Frames that the page has requested and the viewer has not shown yet. The page is not notified of these. @type {number[]} */
-let pendingSeeks = [];
+const sync = createTimeSync();
 /** The message to send when the recording is open. @type {FromFrame|null} */
 let openMessage = null;
 let hasFailed = false;
@@ -139,6 +138,7 @@ function onViewerEvent(text) {
     return;
   }
   if (event.type === 'recording_open') {
+    sync.reset();
     openMessage = { type: 'opened', application: String(event.application_id), recording: String(event.recording_id) };
     setTimeout(announce, MAX_OPENING_MS);
   } else if (event.type === 'timeline_change') {
@@ -166,31 +166,26 @@ function announce() {
 /** @param {number} time */
 function onTime(time) {
   const frame = Math.floor(time);
-  if (openMessage) knownFrame = frame; // the viewer's own initial frame; the page seeks next
-  announce();
-  if (timeline !== TIMELINE || !Number.isFinite(frame)) return;
-  const index = pendingSeeks.indexOf(frame);
-  if (index >= 0) {
-    pendingSeeks = pendingSeeks.slice(index + 1);
-    knownFrame = frame;
+  if (timeline !== TIMELINE || !Number.isFinite(frame)) {
+    announce();
+    return;
   }
-  if (frame === knownFrame) return;
-  knownFrame = frame;
-  postToPage({ type: 'time', frame });
+  const moved = sync.report(frame);
+  announce(); // the page seeks next
+  if (moved !== null) postToPage({ type: 'time', frame });
 }
 
 /** @param {number} frame */
 async function seek(frame) {
-  if (!handle || (frame === knownFrame && pendingSeeks.length === 0)) return;
-  pendingSeeks = [...pendingSeeks, frame].slice(-MAX_PENDING_SEEKS);
+  if (!handle || !sync.request(frame)) return;
   for (let tries = 1; ; tries++) {
     try {
       await handle.viewer_control(seekRequest(TIMELINE, frame));
       return;
     } catch (thrown) {
-      if (pendingSeeks.at(-1) !== frame) return; // a newer seek is on its way
-      if (tries >= MAX_SEEK_TRIES) {
-        pendingSeeks = [];
+      if (!sync.isNewest(frame)) return; // a newer seek is on its way
+      if (tries >= (sync.hasTime() ? MAX_SEEK_TRIES : MAX_EARLY_SEEK_TRIES)) {
+        sync.giveUp();
         throw thrown;
       }
       await new Promise((resolve) => setTimeout(resolve, SEEK_RETRY_MS));
