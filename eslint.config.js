@@ -22,6 +22,13 @@ export default [
       'no-useless-assignment': 'error',
       'no-var': 'error',
       'prefer-const': 'error',
+      'no-restricted-properties': [
+        'error',
+        // they exist only on pages from this machine or by HTTPS, and teams open the page by plain HTTP too
+        { object: 'crypto', property: 'randomUUID', message: 'Use randomId() of core/random_id.js.' },
+        { object: 'crypto', property: 'subtle' },
+        { object: 'navigator', property: 'clipboard' },
+      ],
       'no-control-regex': 'off', // names of people are checked for control characters
       'max-lines': ['error', 350],
     },

@@ -170,6 +170,12 @@ addEventListener(
   },
   { signal: pageEnd.signal },
 );
+/** A defect of the page. @param {unknown} thrown */
+const reportDefect = (thrown) => toast(errorMessage(thrown), { tone: 'bad', topic: 'defect' });
+addEventListener('error', ({ error }) => error instanceof Error && reportDefect(error), { signal: pageEnd.signal });
+addEventListener('unhandledrejection', ({ reason }) => reason?.name !== 'AbortError' && reportDefect(reason), {
+  signal: pageEnd.signal,
+});
 listenToKeys(app, toast, () => shell.update(store.get()));
 const live = startLiveUpdates(app, {
   onEvent: (event) => {

@@ -28,6 +28,7 @@ import { createWakeableSleep, isRetryableEdit, withoutMissingLabel, removeStored
 import { createUndo } from './undo.js';
 import { commandName, withTrackNames, STILL_OPENING } from './command_names.js';
 import { createEditorState } from './editor_state.js';
+import { randomId } from '../core/random_id.js';
 
 /**
  * @typedef {object} Editor
@@ -69,7 +70,7 @@ export function createEditor({
   author,
   onEdit = () => {},
   sleep: givenSleep,
-  newId = () => crypto.randomUUID(),
+  newId = randomId,
 }) {
   const edits = createEditorState(store, outbox);
   const keyMoves = createKeyMoves(edits);

@@ -9,6 +9,7 @@
  */
 import { reviewNotice } from '../model/review_notice.js';
 import { areBoxesLoading, shownTrack } from '../review/shown_tracks.js';
+import { randomId } from '../core/random_id.js';
 
 /** @param {State} state */
 export const onReview = (state) => state.route.screen === 'review' && state.review?.timebase != null && reviewNotice(state) === 'none';
@@ -68,4 +69,4 @@ export function editSelected(app, fields, gesture) {
 }
 
 /** A key for a new track. */
-export const newKey = () => `h${crypto.randomUUID().replaceAll('-', '').slice(0, 16)}`;
+export const newKey = () => `h${randomId().replaceAll('-', '').slice(0, 16)}`;

@@ -5,6 +5,7 @@ import { errorMessage } from '../api/errors.js';
 import { plural } from '../model/format.js';
 import { authorName } from '../core/preferences.js';
 import { toast } from '../core/toast.js';
+import { randomId } from '../core/random_id.js';
 
 /**
  * The outcome as a message.
@@ -43,7 +44,7 @@ export async function takeOver(app, run, request, onChange = () => {}) {
   /** @param {string} op_id */
   async function undoTakeOver(op_id) {
     try {
-      await app.api.edit(run, { op_id: crypto.randomUUID(), author, command: { name: 'undo', op_id } }, {}, { signal: app.signal });
+      await app.api.edit(run, { op_id: randomId(), author, command: { name: 'undo', op_id } }, {}, { signal: app.signal });
       onChange();
       toast('The ground truth is no longer taken over.', { topic: 'take-over' });
     } catch (thrown) {

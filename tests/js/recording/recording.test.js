@@ -126,7 +126,7 @@ test('the page hears only of the frames to which a person moves the viewer', () 
   assert.equal(sync.report(10), 10, 'the request for 10 was overtaken');
 });
 
-test('a viewer that opens only after the page has sought does not take the page back', () => {
+test('a viewer that opens only after a request of the page does not take the page back', () => {
   const sync = createTimeSync();
   assert.ok(sync.request(84));
   assert.ok(!sync.hasTime());

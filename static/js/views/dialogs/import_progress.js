@@ -4,6 +4,7 @@
 import { ApiError } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
 import { bytes, count, plural } from '../../model/format.js';
+import { randomId } from '../../core/random_id.js';
 
 /** Interval of requests, ms. */
 const POLL_INTERVAL_MS = 400;
@@ -70,7 +71,7 @@ export function createImportProgress({ api }) {
      * @returns {Promise<T>}
      */
     async during(signal, sendRequest) {
-      const task = { name: crypto.randomUUID().replaceAll('-', ''), sending: new AbortController(), sent: false, isOver: false };
+      const task = { name: randomId().replaceAll('-', ''), sending: new AbortController(), sent: false, isOver: false };
       const abort = () => task.sending.abort();
       signal.addEventListener('abort', abort, { once: true });
       current = task;

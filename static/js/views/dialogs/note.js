@@ -4,6 +4,7 @@
 import { trackName } from '../../model/track_name.js';
 import { editTrack } from '../view_actions.js';
 import { h, setText } from '../dom.js';
+import { randomId } from '../../core/random_id.js';
 
 const MAX_LENGTH = 2000;
 
@@ -49,7 +50,7 @@ export function noteDialog({ app, data, close }) {
         key,
         data.note_id
           ? { name: 'edit_note', note_id: data.note_id, text: value, frame }
-          : { name: 'add_note', note_id: crypto.randomUUID(), text: value, frame },
+          : { name: 'add_note', note_id: randomId(), text: value, frame },
       )
     )
       keepDraft('');

@@ -6,6 +6,7 @@ import { editTrack, seek } from '../view_actions.js';
 import { fill, h, reconcile, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
 import { icon } from '../icons.js';
+import { randomId } from '../../core/random_id.js';
 
 /** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
 export function createNotes(app, signal) {
@@ -23,7 +24,7 @@ export function createNotes(app, signal) {
     (event) => {
       event.preventDefault();
       const content = text.value.trim();
-      if (content === '' || !editTrack(app, key, { name: 'add_note', note_id: crypto.randomUUID(), text: content }, run)) return;
+      if (content === '' || !editTrack(app, key, { name: 'add_note', note_id: randomId(), text: content }, run)) return;
       text.value = '';
       app.notes.set(run, key, '');
     },

@@ -238,7 +238,8 @@ export function createRecordingView(app) {
     const range = rangeToRecord();
     recordButton.hidden = !range || (current === null && recordings !== null);
     recordButton.title = range ? `Record frames ${range.first} to ${range.stop - 1} of this run` : '';
-    setText(notice, isOutside ? `Frame ${count(frame())} is not in this recording.` : '');
+    const withoutPicture = current !== null && !isSecureContext;
+    setText(notice, isOutside ? `Frame ${count(frame())} is not in this recording.` : withoutPicture ? NEEDS_HTTPS : '');
   }
 
   /** Take recordings that were made or removed elsewhere on the page. @param {import('../../types.js').Output[]} outputs */
@@ -293,6 +294,9 @@ export function createRecordingView(app) {
     offerRecording();
   }
 }
+
+const NEEDS_HTTPS =
+  'Browsers decode video only on pages by HTTPS or from this machine, so the picture is missing here. The downloaded recording shows it.';
 
 /** @param {Recording} recording @param {number} frame */
 const clamp = ({ options }, frame) => Math.max(options.first, Math.min(options.stop - 1, frame));

@@ -8,6 +8,7 @@ import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { authorName } from '../../core/preferences.js';
 import { toast } from '../../core/toast.js';
+import { randomId } from '../../core/random_id.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 /** @typedef {import('../../api/search.js').TrackAction} TrackAction */
@@ -37,7 +38,7 @@ export function createSearchActions(app, { selected, onChange, repeatSearch, ope
     if (tracks.length === 0 || busy) return;
     await runRequest(async () => {
       const trackRefs = tracks.map(({ run, key, revision }) => ({ run, key, revision }));
-      const answer = await api.actOnTracks({ action_id: crypto.randomUUID(), author: author(), action, tracks: trackRefs }, { signal });
+      const answer = await api.actOnTracks({ action_id: randomId(), author: author(), action, tracks: trackRefs }, { signal });
       if (answer.operations.length > 0) undoStack.push({ operations: answer.operations, description });
       const text =
         answer.changed > 0
