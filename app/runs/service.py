@@ -21,7 +21,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.lookup import require_run, require_video
 from app.storage.models import Job, Run, Video
-from app.storage.servers import Servers, other_server, require_local
+from app.storage.servers import Servers, other_server, require_local, waiting_note
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
 
@@ -136,9 +136,8 @@ class RunService:
                 engine_version=__version__,
             )
             run.folder = f"runs/{run.id}"
-            other = other_server(session, video.place, video.name)
-            if other is not None:
-                run.place, run.note = video.place, f"the server {other} has the video"
+            if other_server(session, video.place, video.name) is not None:
+                run.place, run.note = video.place, waiting_note(session, video.place)
             session.add(run)
             session.flush()
             self._jobs.submit(session, "track", run.id, place=run.place)
@@ -182,7 +181,7 @@ class RunService:
             run = require_run(session, run_id)
             if run.state in _ACTIVE or run.state == "complete":
                 raise Conflict(f"{run.name} is {run.state}, so it cannot be resumed.", code="not_resumable")
-            run.state, run.error = "queued", None
+            run.state, run.error, run.note = "queued", None, waiting_note(session, run.place)
             self._jobs.submit(session, "whatif" if run.kind == "whatif" else "track", run.id, place=run.place)
             publish_run(session, self._events, run)
         return run
