@@ -61,7 +61,9 @@ def start(context: Context) -> Running:
     def problem() -> str | None:
         return shortage(context.settings.home) or (None if file_sync is None else file_sync.problem)
 
-    stream = EventStream(context.database, context.events, problem, context.directory.invalidate)
+    stream = EventStream(
+        context.database, context.events, problem, context.directory.invalidate, context.runs.with_unstored_ends
+    )
     supervisor = None
     if context.settings.workers:
         supervisor = Supervisor(context.settings, context.database, context.jobs, lambda: stream.pages > 0)

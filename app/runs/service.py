@@ -16,7 +16,8 @@ from app.files.shared import shared_files
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
 from app.runs.parameters import params_of, present_parameters
-from app.runs.view import publish_run
+from app.runs.unstored_ends import runs_with_unstored_ends, views_with_unstored_ends
+from app.runs.view import RunView, publish_run
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.lookup import require_run, require_video
@@ -67,6 +68,16 @@ class RunService:
         )
         with self._database.read() as session:
             return list(session.scalars(query))
+
+    def views(self, runs: Sequence[Run]) -> list[RunView]:
+        """Views of runs as they are now, also while nothing can be stored."""
+        with self._database.read() as session:
+            return views_with_unstored_ends(session, self._settings.home, runs)
+
+    def with_unstored_ends(self) -> list[RunView]:
+        """Views of the runs that have ended, but whose end cannot be stored."""
+        with self._database.read() as session:
+            return runs_with_unstored_ends(session, self._settings.home)
 
     def move(self, run_id: str, before: str | None) -> Run:
         """Move a waiting run right before another one, or after all of them.
