@@ -33,13 +33,16 @@ from app.videos.import_files import import_files
 from app.videos.view import publish_video
 from tsr_engine.errors import VideoError
 
-__all__ = ["RETRY_DELAY_S", "FileSync"]
+__all__ = ["PROBE_INTERVAL_S", "RETRY_DELAY_S", "FileSync"]
 
 RETRY_DELAY_S: Final = 60.0
 """Seconds until a failed copy is tried again."""
+PROBE_INTERVAL_S: Final = 2.0
+"""Seconds between checks whether the shared files answer while a copy takes long."""
 _EVICTION_INTERVAL_S: Final = 60.0
 """Seconds between checks of the size of the data folder."""
 _MAX_QUERY_IDS: Final = 500
+_STAYS: Final = "Finished files stay on this server until then."
 _log = logging.getLogger("tsr.server")
 
 _Row: TypeAlias = Video | Run | Output | ModelVersion
@@ -85,6 +88,8 @@ class FileSync:
         self._files = files
         self._postponed: dict[str, float] = {}
         self._problem: str | None = None
+        self._silence: str | None = None
+        self._busy_since: float | None = None
         self._evicted_at = 0.0
         self._stopping = False
         self._log_once = LogOnce(_log, "Finished files cannot be shared")
@@ -92,7 +97,7 @@ class FileSync:
     @property
     def problem(self) -> str | None:
         """A sentence while files cannot be copied; None: no problem."""
-        return self._problem
+        return self._problem or self._silence
 
     def stop(self) -> None:
         """Stop; the next server repeats an unfinished copy."""
@@ -100,6 +105,7 @@ class FileSync:
 
     def tick(self) -> None:
         """Copy finished files, then make room; failures are logged."""
+        self._busy_since = time.monotonic()
         try:
             self.upload_all()
             if time.monotonic() - self._evicted_at > _EVICTION_INTERVAL_S:
@@ -109,6 +115,21 @@ class FileSync:
             return
         except (SQLAlchemyError, OSError, SharedFilesError) as error:
             self._log_once.failed(error)
+        finally:
+            self._busy_since = self._silence = None
+
+    def probe(self) -> None:
+        """While a tick takes long, ask the shared files whether they answer at all, and keep the problem for pages."""
+        began = self._busy_since
+        if began is None or time.monotonic() - began < PROBE_INTERVAL_S:
+            return
+        silence = None
+        try:
+            self._files.store.require_answer()
+        except SharedFilesError as error:
+            silence = f"{error} {_STAYS}"
+        if self._busy_since == began:  # otherwise the tick has ended meanwhile
+            self._silence = silence
 
     def upload_all(self) -> None:
         """Copy all finished files that lie only on this server."""
@@ -156,7 +177,7 @@ class FileSync:
                 self._upload(table, row)
         except SharedFilesError as error:
             self._postponed[key] = time.monotonic() + RETRY_DELAY_S
-            self._problem = f"{error} Finished files stay on this server until then."
+            self._problem = f"{error} {_STAYS}"
             self._log_once.failed(error)
             return False
         except (OSError, VideoError) as error:  # the local files are damaged

@@ -6,7 +6,7 @@ from fastapi import FastAPI, Request
 from fastapi.responses import FileResponse, JSONResponse, RedirectResponse, Response
 
 from app.errors import error_body
-from app.pages import static_folder
+from app.page_files import static_folder
 from app.security.access import Access, Denied, sign_in_cookie
 
 __all__ = ["mount_login"]

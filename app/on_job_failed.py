@@ -11,6 +11,7 @@ from app.events import EventBus
 from app.outputs.view import publish_output
 from app.runs.view import publish_run
 from app.storage.models import Follow, Job, ModelVersion, Output, Run, Video
+from app.storage.servers import waiting_note
 from app.training.view import publish_model
 from app.videos.error_text import with_upload_name
 from app.videos.view import publish_video
@@ -46,7 +47,8 @@ def on_job_failed(
             subject.error = with_upload_name(subject, error or "The import was stopped. Add the video again.")
             publish_video(session, events, subject)
         case Run():
-            subject.state, subject.note, subject.error = state, "", _error_text(session, subject, error)
+            subject.state, subject.error = state, _error_text(session, subject, error)
+            subject.note = waiting_note(session, subject.place) if state == "queued" else ""
             publish_run(session, events, subject)
         case Follow():
             run = session.get(Run, subject.run_id)

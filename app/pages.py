@@ -1,18 +1,14 @@
 """The browser page: ``static/`` as it lies on disk.
 
-The page links its scripts and styles under ``/static/v-VERSION/``; the version is a digest of the files' names, sizes
-and times. Browsers cache the files of a version, so a second visit requests only the page. Under ``/static/`` itself,
+The page links its scripts and styles under ``/static/v-VERSION/``; the version is a digest of the files' names and
+content. Browsers cache the files of a version, so a second visit requests only the page. Under ``/static/`` itself,
 and under an old version, files are revalidated.
 """
 
 from __future__ import annotations
 
 import asyncio
-import hashlib
-import os
 import re
-from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -22,34 +18,12 @@ from starlette.datastructures import Headers
 from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
-__all__ = ["mount_pages", "page_version", "static_folder"]
+from app.page_files import page_version, static_folder
+
+__all__ = ["mount_pages"]
 
 _VERSIONED: Final = re.compile(r"v-([0-9a-f]{16})[/\\]")
 _CODE: Final = re.compile(r'(?<=")/static/(?=(?:js|css)/)')
-
-
-def static_folder() -> Path:
-    """Folder of the page: beside ``app`` in a checkout, inside it in a wheel."""
-    folder = Path(__file__).resolve().parent
-    inside = folder / "static"
-    return inside if inside.is_dir() else folder.parent / "static"
-
-
-def page_version(folder: Path) -> str:
-    """Digest of the page's files; it changes whenever a file is added, removed or written."""
-    return hashlib.sha256("\n".join(sorted(_files(folder))).encode()).hexdigest()[:16]
-
-
-def _files(folder: Path | str, above: str = "") -> Iterator[str]:
-    """Name, size and time of each file below a folder; ``os.scandir``, as each visit reads some hundred of them."""
-    with os.scandir(folder) as entries:
-        for entry in entries:
-            if entry.is_dir():
-                yield from _files(entry.path, f"{above}{entry.name}/")
-                continue
-            with suppress(FileNotFoundError):  # the lock of an editor is a link to nowhere
-                status = entry.stat()
-                yield f"{above}{entry.name}\0{status.st_size}\0{status.st_mtime_ns}"
 
 
 class _PageFiles(StaticFiles):

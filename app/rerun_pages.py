@@ -11,7 +11,7 @@ from app.api.routing import api_router
 from app.body_model import Model
 from app.context import ContextDep
 from app.errors import Busy, NotFound
-from app.pages import static_folder
+from app.page_files import static_folder
 
 __all__ = ["VIEWER_CSP", "router"]
 

@@ -11,7 +11,7 @@ from functools import partial
 from sqlalchemy.exc import SQLAlchemyError
 
 from app.context import Context
-from app.file_sync import FileSync
+from app.file_sync import PROBE_INTERVAL_S, FileSync
 from app.follows.service import LEASE_S
 from app.jobs.supervisor import Supervisor
 from app.outputs.file_moves import sweep as sweep_file_moves
@@ -61,7 +61,9 @@ def start(context: Context) -> Running:
     def problem() -> str | None:
         return shortage(context.settings.home) or (None if file_sync is None else file_sync.problem)
 
-    stream = EventStream(context.database, context.events, problem, context.directory.invalidate)
+    stream = EventStream(
+        context.database, context.events, problem, context.directory.invalidate, context.runs.with_unstored_ends
+    )
     supervisor = None
     if context.settings.workers:
         supervisor = Supervisor(context.settings, context.database, context.jobs, lambda: stream.pages > 0)
@@ -72,6 +74,7 @@ def start(context: Context) -> Running:
     periodic_tasks.enter_context(call_periodically("tsr-follows", LEASE_S / 4, context.follows.sweep))
     if file_sync is not None:
         periodic_tasks.enter_context(call_periodically("tsr-sending", _SYNC_INTERVAL_S, file_sync.tick))
+        periodic_tasks.enter_context(call_periodically("tsr-probing", PROBE_INTERVAL_S, file_sync.probe))
     periodic_tasks.enter_context(call_periodically("tsr-search", _SEARCH_INTERVAL_S, context.search.tick))
     _analyze(context)
     periodic_tasks.enter_context(call_periodically("tsr-analyze", _ANALYZE_INTERVAL_S, partial(_analyze, context)))

@@ -12,6 +12,7 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from app.events import EventBus
 from app.log_once import LogOnce
+from app.runs.view import RunView
 from app.storage.database import Database
 from app.storage.models import Event
 
@@ -33,13 +34,15 @@ class EventStream:
     A page sends the last number it has seen and gets everything after it, without gaps or duplicates. A page that is
     too far behind, or too slow, is asked to reload everything (``reset``).
 
-    A full disk is reported outside the numbered stream (``storage``), which cannot be written then.
+    A full disk (``storage``), and the runs whose end cannot be stored (``unstored``), are reported outside the numbered
+    stream, which cannot be written then.
 
     Args:
         database: where the events are.
         events: the bus.
         shortage: returns a sentence while the disk is full; None: there is room.
         on_people: called when accounts have changed.
+        unstored: returns the views of the runs whose end cannot be stored.
     """
 
     def __init__(
@@ -48,12 +51,15 @@ class EventStream:
         events: EventBus,
         shortage: Callable[[], str | None] = lambda: None,
         on_people: Callable[[], None] = lambda: None,
+        unstored: Callable[[], Sequence[RunView]] = tuple,
     ) -> None:
         self._database = database
         self._events = events
         self._shortage = shortage
         self._on_people = on_people
+        self._unstored = unstored
         self._full: str | None = None
+        self._unstored_runs: list[str] = []
         self._pages: set[asyncio.Queue[str | None]] = set()
         self._seen = 0
         self._newest = database.polled(events.newest)
@@ -100,8 +106,8 @@ class EventStream:
                 yield f"id: {seen}\nevent: reset\ndata: {{}}\n\n"
             self._pages.add(page)
             yield f'id: {seen}\nevent: hello\ndata: {{"seq": {seen}}}\n\n'
-            if self._full is not None:
-                yield _storage(self._full)
+            for unnumbered in (*([] if self._full is None else [_storage(self._full)]), *self._unstored_runs):
+                yield unnumbered
             for event in missed or ():
                 if event.seq > seen:
                     seen = event.seq
@@ -180,11 +186,16 @@ class EventStream:
                         page.put_nowait(None)  # the page reconnects with its number and catches up, or resets
 
     async def _check_disk(self) -> None:
-        """Notify the pages when the disk becomes full, and when it has room again."""
+        """Notify the pages when the disk becomes full, when it has room again, and of ends that cannot be stored."""
         before, self._full = self._full, await asyncio.to_thread(self._shortage)
         if (before is None) != (self._full is None):
             for page in self._pages:
                 page.put_nowait(_storage(self._full))
+        runs = [_unstored(run) for run in await asyncio.to_thread(self._unstored)]
+        new, self._unstored_runs = [text for text in runs if text not in self._unstored_runs], runs
+        for page in self._pages:
+            for text in new:
+                page.put_nowait(text)
 
     def _prune(self) -> None:
         with self._database.write() as session:
@@ -193,6 +204,11 @@ class EventStream:
 
 def _storage(text: str | None) -> str:
     return f"event: storage\ndata: {json.dumps({'text': text})}\n\n"
+
+
+def _unstored(run: RunView) -> str:
+    data = {"kind": "run", "subject": run.id, "data": run.model_dump(mode="json")}
+    return f"event: unstored\ndata: {json.dumps(data, separators=(',', ':'))}\n\n"
 
 
 def _text(event: Event) -> str:

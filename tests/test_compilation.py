@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import io
 import os
+import signal
 import sys
 import time
 from collections.abc import Callable
@@ -33,6 +34,17 @@ class CompilationListener(Listener):  # type: ignore[misc] # numba has no types
 
     def on_end(self, _event: Any) -> None:
         pass
+
+
+def in_forked_process(do: Callable[[], object]) -> int:
+    """Call a function in a forked process, and return the status with which that ended."""
+    child = os.fork()
+    if child == 0:
+        try:
+            do()
+        finally:
+            os._exit(0)
+    return os.waitpid(child, 0)[1]
 
 
 def new_kernel() -> Any:
@@ -97,26 +109,32 @@ def test_a_forked_process_that_compiles_is_seen(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 60.0)
     kernel = new_kernel()
     with watch_compilation() as note_now:
-        child = os.fork()
-        if child == 0:
-            try:
-                kernel(1)
-            finally:
-                os._exit(0)
-        os.waitpid(child, 0)
+        in_forked_process(lambda: kernel(1))
         assert note_now()
         assert kernel.signatures == [], "this process has compiled nothing"
 
 
 def test_a_process_that_dies_while_it_compiles_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compilation, "MAX_COMPILATION_S", 0.0)
+    monkeypatch.setattr(compilation, "MAX_SILENCE_S", 3.0)
+    kernel = new_kernel()
+    with watch_compilation() as note_now:
+        with install_listener("numba:compile", CompilationListener(lambda: os.kill(os.getpid(), signal.SIGKILL))):
+            assert in_forked_process(lambda: kernel(1)) == signal.SIGKILL
+        wait_until(lambda: not note_now(), 60)
+
+
+def test_a_kernel_may_take_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compilation, "MAX_SILENCE_S", 1.0)
+    monkeypatch.setattr(compilation, "WORD_INTERVAL_S", 0.01)
     seen: list[str] = []
-    with (
-        watch_compilation() as note_now,
-        install_listener("numba:compile", CompilationListener(lambda: seen.append(note_now()))),
-    ):
+
+    def take_long() -> None:
+        time.sleep(2.0)
+        seen.append(note_now())
+
+    with watch_compilation() as note_now, install_listener("numba:compile", CompilationListener(take_long)):
         new_kernel()(1)
-    assert seen == [""]
+    assert seen == [COMPILING]
 
 
 class Terminal(io.StringIO):

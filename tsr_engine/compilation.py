@@ -10,40 +10,52 @@ import mmap
 import struct
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Final
 
 from numba.core.event import Event, Listener, install_listener
 
 from tsr_engine.periodic import call_periodically
 
-__all__ = ["COMPILING", "MAX_COMPILATION_S", "NEXT_KERNEL_S", "report_compilation", "watch_compilation"]
+__all__ = ["COMPILING", "MAX_SILENCE_S", "NEXT_KERNEL_S", "report_compilation", "watch_compilation"]
 
 COMPILING: Final = "compiling the numeric kernels, once, which takes a minute or two"
 """What a progress line says meanwhile."""
-MAX_COMPILATION_S: Final = 60.0
-"""Seconds after which a compilation without an end has died with its process."""
+MAX_SILENCE_S: Final = 20.0
+"""Seconds without a word of a process that compiles after which it has died."""
+WORD_INTERVAL_S: Final = 1.0
+"""Seconds between two words of a process that compiles."""
 NEXT_KERNEL_S: Final = 2.0
 """Seconds after a compilation in which the next one may begin: a kernel is compiled when it is first called."""
 
 
 class _Watch(Listener):  # type: ignore[misc] # numba has no types
-    """Keeps the time until which kernels are being compiled."""
+    """Keeps the time until which kernels are being compiled.
+
+    A thread moves that time on while a compilation lasts, however long that is, and dies with its process.
+    """
 
     def __init__(self) -> None:
         self._until = mmap.mmap(-1, struct.calcsize("d"))  # shared with forked processes
         self._depth = 0
+        self._moving_on = ExitStack()
 
     def on_start(self, _event: Event) -> None:
         """A kernel is compiled, perhaps for one that calls it."""
         self._depth += 1
-        self._set(MAX_COMPILATION_S)
+        if self._depth == 1:
+            self._compiles()
+            self._moving_on.enter_context(call_periodically("compiling", WORD_INTERVAL_S, self._compiles))
 
     def on_end(self, _event: Event) -> None:
         """A kernel is compiled or has failed to."""
         self._depth -= 1
         if self._depth == 0:
+            self._moving_on.close()
             self._set(NEXT_KERNEL_S)
+
+    def _compiles(self) -> None:
+        self._set(MAX_SILENCE_S)
 
     def _set(self, seconds: float) -> None:
         struct.pack_into("d", self._until, 0, time.monotonic() + seconds)

@@ -82,7 +82,7 @@ class Runs(Model):
 @router.get("/videos/{video_id}/runs", operation_id="list_runs", responses=failures(404))
 def list_runs(video_id: VideoId, context: ContextDep) -> Runs:
     """Runs of a video, newest first."""
-    return Runs(runs=[run_view(run) for run in context.runs.of_video(video_id)])
+    return Runs(runs=context.runs.views(context.runs.of_video(video_id)))
 
 
 @router.post("/videos/{video_id}/runs", operation_id="start_run", status_code=202, responses=failures(404, 409))
@@ -112,7 +112,7 @@ def start_run_by_hand(video_id: VideoId, context: ContextDep, who: WhoDep, wante
 @router.get("/run-queue", operation_id="get_run_queue", responses=failures())
 def get_run_queue(context: ContextDep) -> Runs:
     """Running and waiting runs of the engine, in the order of their turns."""
-    return Runs(runs=[run_view(run) for run in context.runs.queued_runs()])
+    return Runs(runs=context.runs.views(context.runs.queued_runs()))
 
 
 @router.post("/runs/{run_id}/turn", operation_id="move_run", responses=failures(404, 409))
@@ -125,7 +125,8 @@ def move_run(run_id: RunId, wanted: Turn, context: ContextDep) -> RunView:
 def get_run(run_id: RunId, context: ContextDep) -> RunView:
     """One run."""
     with context.database.read() as session:
-        return run_view(require_run(session, run_id))
+        run = require_run(session, run_id)
+    return context.runs.views([run])[0]
 
 
 @router.delete("/runs/{run_id}", operation_id="remove_run", status_code=204, responses=failures(404, 409))

@@ -13,6 +13,7 @@ from app.api.routing import api_router
 from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.errors import Unauthorised
+from app.page_files import page_version, static_folder
 from app.people.roles import Role
 from app.security.access import sign_in_cookie
 from tsr_engine.params.presets import PRESETS
@@ -43,6 +44,8 @@ class SessionAnswer(Model):
     """State that the page starts from."""
 
     version: str
+    page: str
+    """Version of the page's files, as in their addresses."""
     author: str
     """Name that edits carry unless the page sets another."""
     person: SignedIn | None
@@ -79,6 +82,7 @@ def get_session(context: ContextDep, who: WhoDep) -> SessionAnswer:
         person = SignedIn(name=identity.name or "the server", role=identity.role, can_sign_out=ends)
     return SessionAnswer(
         version=__version__,
+        page=page_version(static_folder()),
         author=identity.name or context.settings.author,
         person=person,
         roots=[str(root) for root in context.settings.roots],

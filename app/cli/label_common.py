@@ -81,14 +81,11 @@ def find_label(labels: LabelSet, word: str) -> Label:
     Raises:
         UsageError: there is none.
     """
-    from tsr_engine.labels.matching import LabelFinder
+    from tsr_engine.labels.matching import LabelFinder, unknown_label
 
-    finder = LabelFinder(labels)
-    found = finder.find(word)
+    found = LabelFinder(labels).find(word)
     if found is None:
-        like = ", ".join(f"'{label.name}'" for label in finder.suggestions(word).labels)
-        hint = f"Is it {like}?" if like else "See 'tsr labels list'."
-        raise UsageError(f"Expected a label of '{labels.name}', but none is called {word!r}. {hint}")
+        raise UsageError(unknown_label(word, labels))
     return found.label
 
 

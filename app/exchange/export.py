@@ -24,7 +24,7 @@ from tsr_engine.exchange.relabel import resolve_merged_labels
 from tsr_engine.exchange.split import SUBSETS, Split, make_split
 from tsr_engine.io.opened_file import VideoSource, open_source
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.matching import LabelFinder, unknown_label
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.track_table import NO_CLASS
 
@@ -235,7 +235,7 @@ def _label_ids(selected: str | int, labels: LabelSet) -> frozenset[int]:
     if isinstance(selected, int):
         found = labels.get(selected)
         if found is None and selected != NO_CLASS:
-            raise UsageError(f"{labels.name} has no label {selected}. 'tsr labels list' lists them.")
+            raise UsageError(unknown_label(str(selected), labels))
         return frozenset({labels.resolved(selected)})
     finder, parts, ids = LabelFinder(labels), selected.split(","), set[int]()
     while parts:
@@ -247,7 +247,7 @@ def _label_ids(selected: str | int, labels: LabelSet) -> frozenset[int]:
                 ids.add(NO_CLASS if match is None else match.label.id)
                 break
         else:
-            raise UsageError(f"{labels.name} has no label {parts[0].strip()!r}. 'tsr labels list' lists them.")
+            raise UsageError(unknown_label(parts[0].strip(), labels))
         parts = parts[count:]
     return frozenset(ids)
 

@@ -19,7 +19,7 @@ from app.storage.ground_truth_rows import Rows
 from app.storage.models import Edit
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.geometry.boxes import clip
-from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.matching import LabelFinder, unknown_label
 from tsr_engine.labels.model import LabelSet
 
 __all__ = ["TakeOverService", "TakenOver"]
@@ -122,11 +122,7 @@ def _id_of(word: str, labels: LabelSet) -> int:
     """
     match = LabelFinder(labels).find(word)
     if match is None:
-        raise Invalid(
-            f"'{labels.name}' has no label {word!r}. 'tsr labels list' and GET /api/label-sets/{labels.key} list its "
-            "labels.",
-            field="label",
-        )
+        raise Invalid(unknown_label(word, labels), field="label")
     return match.label.id
 
 

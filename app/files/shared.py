@@ -32,6 +32,8 @@ _MAX_WAITERS: Final = 8
 """Maximum number of requests that wait for a fetch; the server has 40 threads for all requests."""
 FETCH_TIMEOUT_S: Final = 6.0
 """Seconds that a request waits for a fetch."""
+_PROBE_DELAY_S: Final = 2.0
+"""Seconds of a fetch after which the shared files are asked whether they answer at all."""
 _TOUCH_INTERVAL_S: Final = 60.0
 """Seconds after which another use of an entry is noted."""
 MIN_UNUSED_S: Final = 3600.0
@@ -112,6 +114,8 @@ class SharedFiles:
         shutil.rmtree(self._home / "fetching", ignore_errors=True)
         known = stored_shared_id(self._home, self.store.address)
         try:
+            if known is not None:
+                self.store.require_answer()  # the patience of other requests would delay the start of the server
             store_shared_id(self._home, self.store.address, self.store.store_id(known))
         except SharedFilesError as error:
             if known is None:
@@ -141,8 +145,10 @@ class SharedFiles:
             if not self._waiter_slots.acquire(blocking=False):
                 raise _still_fetching()
             try:
-                if not fetch.over.wait(FETCH_TIMEOUT_S):
-                    raise _still_fetching()
+                if not fetch.over.wait(min(_PROBE_DELAY_S, FETCH_TIMEOUT_S)):
+                    self.store.require_answer()
+                    if not fetch.over.wait(FETCH_TIMEOUT_S - _PROBE_DELAY_S):
+                        raise _still_fetching()
             finally:
                 self._waiter_slots.release()
         fetch.over.wait()

@@ -24,12 +24,14 @@ from tsr_engine.io.unfinished import fsync_path
 if TYPE_CHECKING:
     from fsspec import AbstractFileSystem
 
-__all__ = ["S3_LIMITS", "FileList", "SharedFilesError", "SharedStore", "files_of"]
+__all__ = ["PROBE_LIMITS", "S3_LIMITS", "FileList", "SharedFilesError", "SharedStore", "files_of"]
 
 _ID_FILE: Final = "store.id"
 _MAX_LIST_BYTES: Final = 16 * 2**20
 S3_LIMITS: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_attempts": 2, "mode": "standard"}}
-"""Limits of S3: seconds to connect, seconds without a byte, number of tries."""
+"""Limits of S3: seconds to connect, seconds without a byte, number of retries; slow storage needs that patience."""
+PROBE_LIMITS: Final = {"connect_timeout": 4, "read_timeout": 4, "retries": {"total_max_attempts": 1}}
+"""Limits of :meth:`SharedStore.require_answer`, whose answer is a few bytes."""
 _DENIED_ERRORS: Final = (
     "NoCredentials",
     "PartialCredentials",
@@ -78,10 +80,11 @@ class SharedStore:
         if self._local:
             self.system = fsspec.filesystem("file")
         else:
-            options = {"skip_instance_cache": True, "use_listings_cache": False, "config_kwargs": S3_LIMITS}
+            options = {"skip_instance_cache": True, "use_listings_cache": False}
             with explained():
-                self.system = fsspec.filesystem("s3", **options)
-            self.system.retries = 1  # botocore's tries (S3_LIMITS) are enough
+                self.system = fsspec.filesystem("s3", **options, config_kwargs=S3_LIMITS)
+                self._probe = fsspec.filesystem("s3", **options, config_kwargs=PROBE_LIMITS)
+            self.system.retries = self._probe.retries = 1  # botocore's tries (S3_LIMITS) are enough
         self._root = str(self.system._strip_protocol(address)).rstrip("/")
 
     def store_id(self, known: str | None) -> str:
@@ -109,6 +112,16 @@ class SharedStore:
                 "folder."
             )
         return found
+
+    def require_answer(self) -> None:
+        """Ask the place a small question while something else takes long there; a folder is not asked.
+
+        Raises:
+            SharedFilesError: it does not answer within 4 seconds.
+        """
+        if not self._local:
+            with self._explained(""), suppress(FileNotFoundError):
+                self._probe.info(self.path(_ID_FILE))
 
     def put(self, name: str, source: Path, wait: Callable[[], None] = lambda: None) -> FileList:
         """Store a finished file or folder as a whole; it replaces an entry of that name.

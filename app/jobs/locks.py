@@ -1,4 +1,8 @@
-"""Locks of running jobs: each process locks a file, which the kernel unlocks when the process ends."""
+"""Locks of running jobs: each process locks a file, which the kernel unlocks when the process ends.
+
+The file holds the id of the process, and why the end of its job cannot be stored, while that is so. It reserves the
+space for that, because the disk may be full then.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,10 @@ from pathlib import Path
 
 from tsr_engine.io.locks import is_locked, is_named
 
-__all__ = ["JobLock", "holder_pid", "is_alive", "last_holder_pid"]
+__all__ = ["JobLock", "holder_pid", "is_alive", "last_holder_pid", "note_unstored_end", "unstored_end"]
+
+_SIZE = 512
+"""Bytes of a file: the id, and a sentence in UTF-8 on the next line, filled up with spaces."""
 
 
 def _path(home: Path, job_id: str) -> Path:
@@ -43,7 +50,7 @@ class JobLock:
                 os.close(file)  # the previous holder has removed the file meanwhile, so nobody would see this lock
         with suppress(OSError):  # the lock works without the id; the job itself reports a full disk
             os.ftruncate(self._file, 0)
-            os.write(self._file, str(os.getpid()).encode())
+            os.write(self._file, f"{os.getpid()}\n".encode().ljust(_SIZE))
         return True
 
     def release(self) -> None:
@@ -69,6 +76,22 @@ def holder_pid(home: Path, job_id: str) -> int | None:
 def last_holder_pid(home: Path, job_id: str) -> int | None:
     """Return the id of the process that holds the job or died with it; None: nobody."""
     try:
-        return int(_path(home, job_id).read_text(encoding="ascii"))
+        return int(_path(home, job_id).read_bytes().partition(b"\n")[0])
     except (OSError, ValueError):
         return None
+
+
+def note_unstored_end(home: Path, job_id: str, reason: str) -> None:
+    """Tell servers why the end of a job cannot be stored; called by the process that holds the job."""
+    start = f"{os.getpid()}\n".encode()
+    text = reason.encode()[: _SIZE - len(start)].decode(errors="ignore")
+    with suppress(OSError), _path(home, job_id).open("r+b") as file:
+        file.write(start + text.encode().ljust(_SIZE - len(start)))
+
+
+def unstored_end(home: Path, job_id: str) -> str:
+    """Why the end of a job cannot be stored; empty: it can, or has not come."""
+    try:
+        return _path(home, job_id).read_bytes().partition(b"\n")[2].decode(errors="replace").strip()
+    except OSError:
+        return ""

@@ -27,7 +27,7 @@ from app.jobs.exit_causes import TERMINATED
 from app.jobs.heartbeat import heartbeat
 from app.jobs.kinds import JobKinds
 from app.jobs.lanes import LANES, Lane
-from app.jobs.locks import JobLock
+from app.jobs.locks import JobLock, note_unstored_end
 from app.jobs.outcome import end_stopped_task, report_failure
 from app.jobs.preload import STANDBY, preparations
 from app.jobs.queue import Fenced, JobQueue
@@ -283,6 +283,9 @@ def _retry_until_stored(task: TaskContext, store: Callable[[TaskContext], None])
             store(task)
         except DBAPIError as error:
             log_once.failed(error)
+            failure = storage_failure(error)
+            is_full = failure is not None and failure.code == StorageFull.default_code
+            note_unstored_end(task.settings.home, task.job.id, "the disk is full" if is_full else str(error.orig))
         else:
             return
         if task.leaving():

@@ -23,12 +23,10 @@ from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.pipeline import Components
 from tsr_engine.runs.track_video import Progress, RunReport, RunRequest, track_video
 
-__all__ = ["RETRY_DELAY_S", "UNREACHABLE", "run_engine"]
+__all__ = ["RETRY_DELAY_S", "run_engine"]
 
 RETRY_DELAY_S: Final = 2.0
 """Seconds between attempts to reach the cluster."""
-UNREACHABLE: Final = "waiting for the Ray cluster, which does not answer"
-"""What a progress line says meanwhile."""
 _log = logging.getLogger("tsr.worker")
 
 
@@ -81,7 +79,7 @@ def _on_ray(
     )
     address = settings.executor.partition("://")[2] or None
     on_sigterm = signal.getsignal(signal.SIGTERM)
-    waiting = False
+    noted = ""
 
     def stop() -> bool:
         signal.signal(signal.SIGTERM, on_sigterm)  # Ray's handler would end this process at once
@@ -91,10 +89,10 @@ def _on_ray(
         try:
             return run_on_node(node_task, address, progress, stop, task.note)
         except ClusterUnreachable as error:
-            if not waiting:
+            if (note := f"waiting. {error}".rstrip(".")) != noted:
                 _log.warning("%s The run waits for it.", error)
-                task.note(UNREACHABLE)
-            waiting = True
+                task.note(note)
+                noted = note
             if stop():
                 return None
             time.sleep(RETRY_DELAY_S)

@@ -16,12 +16,13 @@ from app.files.shared import shared_files
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
 from app.runs.parameters import params_of, present_parameters
-from app.runs.view import publish_run
+from app.runs.unstored_ends import runs_with_unstored_ends, views_with_unstored_ends
+from app.runs.view import RunView, publish_run
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.lookup import require_run, require_video
 from app.storage.models import Job, Run, Video
-from app.storage.servers import Servers, other_server, require_local
+from app.storage.servers import Servers, other_server, require_local, waiting_note
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
 
@@ -67,6 +68,16 @@ class RunService:
         )
         with self._database.read() as session:
             return list(session.scalars(query))
+
+    def views(self, runs: Sequence[Run]) -> list[RunView]:
+        """Views of runs as they are now, also while nothing can be stored."""
+        with self._database.read() as session:
+            return views_with_unstored_ends(session, self._settings.home, runs)
+
+    def with_unstored_ends(self) -> list[RunView]:
+        """Views of the runs that have ended, but whose end cannot be stored."""
+        with self._database.read() as session:
+            return runs_with_unstored_ends(session, self._settings.home)
 
     def move(self, run_id: str, before: str | None) -> Run:
         """Move a waiting run right before another one, or after all of them.
@@ -136,9 +147,8 @@ class RunService:
                 engine_version=__version__,
             )
             run.folder = f"runs/{run.id}"
-            other = other_server(session, video.place, video.name)
-            if other is not None:
-                run.place, run.note = video.place, f"the server {other} has the video"
+            if other_server(session, video.place, video.name) is not None:
+                run.place, run.note = video.place, waiting_note(session, video.place)
             session.add(run)
             session.flush()
             self._jobs.submit(session, "track", run.id, place=run.place)
@@ -182,7 +192,7 @@ class RunService:
             run = require_run(session, run_id)
             if run.state in _ACTIVE or run.state == "complete":
                 raise Conflict(f"{run.name} is {run.state}, so it cannot be resumed.", code="not_resumable")
-            run.state, run.error = "queued", None
+            run.state, run.error, run.note = "queued", None, waiting_note(session, run.place)
             self._jobs.submit(session, "whatif" if run.kind == "whatif" else "track", run.id, place=run.place)
             publish_run(session, self._events, run)
         return run

@@ -16,7 +16,7 @@ from app.errors import Invalid
 from app.labels.store import default_key, newest, set_keys
 from app.search.rows import UNANSWERED, attribute_text
 from app.storage.models import SearchAttribute, SearchRun, SearchTrack, Video, VideoTag
-from tsr_engine.labels.matching import LabelFinder
+from tsr_engine.labels.matching import LabelFinder, unknown_label
 from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
 
 __all__ = [
@@ -150,13 +150,7 @@ def _resolve_words(session: Session, words: Sequence[str], exact_only: bool = Fa
         if not meant and not exact_only:
             meant = [(labels, label) for labels in sets for label in LabelFinder(labels).with_words(word)]
         if not meant:
-            similar = dict.fromkeys(
-                label.name for labels in sets for label in LabelFinder(labels).suggestions(word).labels
-            )
-            hint = f" Is it {', '.join(map(repr, [*similar][:3]))}?" if similar else ""
-            raise Invalid(
-                f"No label set in use has a label called {word!r}.{hint}", field="label", code="no_such_label"
-            )
+            raise Invalid(unknown_label(word, *sets), field="label", code="no_such_label")
         found |= {(labels.key, label.id): (labels, label) for labels, label in meant}
     return [*found.values()]
 

@@ -35,6 +35,7 @@ __all__ = [
     "require_local",
     "shared_files_id",
     "this_server",
+    "waiting_note",
 ]
 
 _log = logging.getLogger("tsr.server")
@@ -106,6 +107,16 @@ def other_server(session: Session, place: str | None, subject: str) -> str | Non
             details={"server": place, "name": name},
         )
     return name
+
+
+def waiting_note(session: Session, place: str | None) -> str:
+    """What a job waits for if its files lie at a place, besides a free worker; empty: nothing."""
+    if has_local_files(session, place):
+        return ""
+    server = session.get(Server, place)
+    if server is not None and server.beats == SHARED:
+        return f"servers with the shared files {server.name} have the video"
+    return f"the server {'unknown here' if server is None else server.name} has the video"
 
 
 def assign_local_files(database: Database, home: Path) -> None:

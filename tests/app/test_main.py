@@ -14,7 +14,7 @@ from fastapi import APIRouter
 from fastapi.responses import FileResponse, PlainTextResponse, StreamingResponse
 
 import app.pages
-from app.pages import static_folder
+from app.page_files import page_version, static_folder
 from tests.app.toy_server import Server
 from tests.waiting import time_limit
 
@@ -78,23 +78,36 @@ def test_a_file_of_the_page_is_read_once(server: Server, monkeypatch: pytest.Mon
 
 
 def test_the_version_changes_with_every_file(tmp_path: Path) -> None:
-    seen = [app.pages.page_version(tmp_path)]
+    seen = [page_version(tmp_path)]
     (tmp_path / "a.js").write_text("1")
-    seen.append(app.pages.page_version(tmp_path))
+    seen.append(page_version(tmp_path))
     (tmp_path / "a.js").write_text("22")
-    seen.append(app.pages.page_version(tmp_path))
+    seen.append(page_version(tmp_path))
     (tmp_path / "a.js").rename(tmp_path / "b.js")
-    seen.append(app.pages.page_version(tmp_path))
+    seen.append(page_version(tmp_path))
     (tmp_path / "views").mkdir()
     (tmp_path / "views" / "b.js").write_text("22")
-    seen.append(app.pages.page_version(tmp_path))
+    seen.append(page_version(tmp_path))
     there = (tmp_path / "views" / "b.js").stat()
     (tmp_path / "views" / "b.js").write_text("33")
     os.utime(tmp_path / "views" / "b.js", ns=(there.st_atime_ns, there.st_mtime_ns + 1))
-    seen.append(app.pages.page_version(tmp_path))
+    seen.append(page_version(tmp_path))
     assert len(set(seen)) == 6
     (tmp_path / ".#b.js").symlink_to("nowhere")
-    assert app.pages.page_version(tmp_path) == seen[-1]
+    assert page_version(tmp_path) == seen[-1]
+
+
+def test_another_installation_of_the_same_files_has_the_same_version(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "a.js").write_text("1")
+        os.utime(tmp_path / name / "a.js", (len(name), 1 if name == "one" else 2))
+    assert page_version(tmp_path / "one") == page_version(tmp_path / "two")
+
+
+def test_the_session_names_the_files_of_the_page(server: Server) -> None:
+    files = re.findall(r'"/static/v-([0-9a-f]{16})/js/main.js"', server.stranger().get("/").text)
+    assert [server.client.get("/api/session").json()["page"]] == files
 
 
 def test_every_file_of_the_page_has_a_valid_type(server: Server) -> None:

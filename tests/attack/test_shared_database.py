@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from sqlalchemy import text, update
 
+from app.jobs.outcome import notify_subject
 from app.storage import servers
 from app.storage.database import Database
 from app.storage.id_lock import IdLock
@@ -102,8 +103,12 @@ def test_jobs_run_on_the_server_that_has_the_files(two: TwoServers) -> None:
     waiting = two.second.client.get(f"/api/runs/{run}").json()
     first = f"{socket.gethostname()}:{two.first.settings.home}"
     assert (waiting["state"], waiting["note"]) == ("queued", f"the server {first} has the video")
+    two.second.client.post(f"/api/runs/{run}/cancel")
+    assert two.second.client.post(f"/api/runs/{run}/resume").json()["note"] == waiting["note"]
     with two.second.context.database.write() as session:
-        job = session.query(Job).filter(Job.subject == run).one()
+        job = session.query(Job).filter(Job.subject == run, Job.state == "queued").one()
+        notify_subject(session, two.second.context.jobs, job, "queued", None)  # as for a worker that has died there
+        assert session.get_one(Run, run).note == waiting["note"]
         assert two.second.context.jobs.claim(session, job.id) is None, "not even by its name"
     run_jobs(two.first.context)
     assert two.second.client.get(f"/api/runs/{run}").json()["state"] == "complete"

@@ -53,7 +53,7 @@ def test_filters_are_an_address(found: Page) -> None:
     found.locator(".found-tile").first.wait_for()
     found.get_by_label("Label", exact=True).fill("unicorn")
     found.keyboard.press("Enter")
-    found.get_by_text("No label set in use has a label called 'unicorn'").wait_for()
+    found.get_by_text("has the key, name, alias or number 'unicorn'").wait_for()
     # words of a name find its label, and the page says which
     name = found.evaluate("async () => (await (await fetch('/api/search')).json()).tracks[0].label.name")
     found.get_by_label("Label", exact=True).fill(name.split()[0][:4])

@@ -10,12 +10,15 @@ from typing import Literal
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.name_matching import comparable, words_of
 
-__all__ = ["How", "LabelFinder", "Match", "Suggestions"]
+__all__ = ["How", "LabelFinder", "Match", "Suggestions", "unknown_label"]
 
 How = Literal["key", "name", "alias", "short", "number"]
 _NUMBER = re.compile(r"(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})", re.ASCII | re.IGNORECASE)
 _MIN_SIMILARITY = 0.75
 """Least similarity of a suggestion, 0 to 1: that of a word of four letters of which two are swapped."""
+_MAX_SUGGESTIONS = 3
+_SEE_LABELS = "The page Labels and 'tsr labels list' list the labels."
+"""Where people find what labels are called."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +97,7 @@ class LabelFinder:
         }
         return [label for label in self._live if label.id in found]
 
-    def suggestions(self, word: str, limit: int = 3) -> Suggestions:
+    def suggestions(self, word: str, limit: int = _MAX_SUGGESTIONS) -> Suggestions:
         """Labels that a word may mean: those that resemble it, else those that contain it."""
         similar = self.similar(word, limit)
         return Suggestions(tuple(similar or self.containing(word, limit)), bool(similar))
@@ -131,6 +134,17 @@ class LabelFinder:
         found = [label for label in self._live if not label.hidden and number.search(label.name)]
         of_id = self._by_id.get(self._into.get(int(digits), int(digits)))
         return found if of_id is None or of_id in found else [*found, of_id]
+
+
+def unknown_label(word: str, *sets: LabelSet) -> str:
+    """The message that refuses a word which no label of some label sets has; it proposes labels that resemble it."""
+    similar = dict.fromkeys(label.name for labels in sets for label in LabelFinder(labels).suggestions(word).labels)
+    hint = f"Is it {', '.join(map(repr, [*similar][:_MAX_SUGGESTIONS]))}?" if similar else _SEE_LABELS
+    place = "label set" if len(sets) == 1 else "label sets"
+    return (
+        f"No label of the {place} {', '.join(repr(labels.name) for labels in sets)} has the key, name, alias or number "
+        f"{word!r}. {hint}"
+    )
 
 
 def _words(label: Label, how: str) -> tuple[str, ...]:

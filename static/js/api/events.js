@@ -73,6 +73,10 @@ export function openStream(options) {
       onStorage?.(event.text);
       return;
     }
+    if (message.event === 'unstored') {
+      onEvent(event); // a run's end that cannot be stored has no number
+      return;
+    }
     if (typeof event.seq !== 'number' || (last !== null && event.seq <= last)) return;
     last = event.seq;
     onEvent(event);

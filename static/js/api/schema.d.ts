@@ -1730,6 +1730,8 @@ export interface components {
         /** @description State that the page starts from. */
         SessionAnswer: {
             version: string;
+            /** @description Version of the page's files, as in their addresses. */
+            page: string;
             /** @description Name that edits carry unless the page sets another. */
             author: string;
             /** @description None: the library has no people, but one user. */

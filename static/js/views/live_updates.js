@@ -23,16 +23,19 @@ import {
 const OFFLINE_BANNER_DELAY_MS = 2500;
 /** Pause before a failed load is repeated because the server was unreachable or busy, ms. */
 const RETRY_DELAY_MS = 2000;
+/** Version of the page's files, in the address of each; null: the address has none, as in tests. */
+const PAGE_FILES = /\/static\/v-([0-9a-f]{16})\//.exec(import.meta.url)?.[1] ?? null;
 
 /**
  * @param {App} app
- * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, onReconnect?: () => void, open?: typeof openStream, retryDelayMs?: number, signIn?: () => void}} [hooks]
+ * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, onReconnect?: () => void, files?: string|null, open?: typeof openStream, retryDelayMs?: number, signIn?: () => void}} [hooks]
  * onEvent: called after the store has taken `video`, `run` and `removed`; also for `edit`. onReset: events were missed,
- * so the data of a review may be old. onReconnect: the server was unreachable
+ * so the data of a review may be old. onReconnect: the server was unreachable. files: version of the page's files
  * @returns {{retry: () => void, reload: () => Promise<void>}}
  */
 export function startLiveUpdates(app, hooks = {}) {
   const { store, api } = app;
+  const files = hooks.files ?? PAGE_FILES;
   const openEvents = hooks.open ?? openStream;
   const signIn = hooks.signIn ?? (() => location.replace(`/sign-in${location.hash}`));
   let wasOnline = false;
@@ -97,17 +100,19 @@ export function startLiveUpdates(app, hooks = {}) {
     { once: true },
   );
 
-  /** Offer to reload a page that came from another version of the server. @param {import('../types.js').Session} session */
+  /** Offer to reload a page that came from another version or build of the server. @param {import('../types.js').Session} session */
   function compareVersion(session) {
     version ??= session.version;
+    const server = session.version === version ? `another build of tsr ${version}` : `tsr ${session.version}`;
+    const origin = session.version === version ? 'an older one' : version;
     store.dispatch((state) =>
-      session.version === version
+      session.version === version && (files === null || session.page === files)
         ? hideBanner(state, 'version')
         : showBanner(state, {
             id: 'version',
             tone: 'warning',
             action: { label: 'Reload', operation: 'reload' },
-            text: `The server runs tsr ${session.version} now, and this page is from ${version}. Reload it; unsaved changes are kept.`,
+            text: `The server runs ${server} now, and this page is from ${origin}. Reload it; unsaved changes are kept.`,
           }),
     );
   }

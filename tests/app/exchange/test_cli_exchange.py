@@ -162,7 +162,12 @@ def test_imports_as_ground_truth_run_and_annotation(
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--split", "a"], "--split expects"),
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--pictures", "some"], "--pictures cannot be"),
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--classes", "stop"], "--classes expects"),
-        (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--classes", "77"], "has no label 77"),
+        (
+            2,
+            ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--classes", "77"],
+            "alias or number '77'. The page Labels",
+        ),
+        (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--labels", "stopp"], "'stopp'. Is it 'stop'?"),
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--option", "colour"], "NAME=VALUE"),
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--option", "a=b"], "no option"),
         (2, ["export", "RUN", "--format", "cvat-video", "--out", "OUT", "--video", "VIDEO"], "--video names"),

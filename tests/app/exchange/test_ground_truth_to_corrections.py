@@ -45,11 +45,14 @@ def test_all_signs_of_a_label_by_its_id_key_or_name(api: ExchangeClient, label: 
     undo(api, answer["op_id"])
 
 
-def test_an_unknown_label_is_refused_with_the_way_to_the_list(api: ExchangeClient) -> None:
-    body = {"truth": truth(api, corner_rows(1, 14, range(4))), "label": "no such sign"}
+@pytest.mark.parametrize(
+    ("label", "hint"), [("no such sign", "The page Labels and 'tsr labels list'"), ("stopp", "Is")]
+)
+def test_an_unknown_label_is_refused_with_the_way_to_the_list(api: ExchangeClient, label: str, hint: str) -> None:
+    body = {"truth": truth(api, corner_rows(1, 14, range(4))), "label": label}
     answer = api.server.client.post(f"/api/runs/{api.run_id}/take-over", json=body)
     assert answer.status_code == 422
-    assert "has no label 'no such sign'. 'tsr labels list'" in answer.json()["error"]["message"]
+    assert f"has the key, name, alias or number {label!r}. {hint}" in answer.json()["error"]["message"]
 
 
 def undo(api: ExchangeClient, op_id: str) -> None:

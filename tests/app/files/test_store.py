@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import socket
+import time
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +13,9 @@ from pathlib import Path
 import pytest
 
 from app.files import store as store_module
+from app.files.shared import SharedFiles
 from app.files.store import SharedFilesError, SharedStore
+from app.settings import Settings
 from tsr_engine.errors import StorageError
 
 
@@ -133,3 +136,27 @@ def test_an_unreachable_s3_is_reported(s3: str, listens: bool, monkeypatch: pyte
             SharedStore("s3://tsr-bucket/x").store_id(None)
     assert (away.value.status, away.value.code) == (503, "files_away")
     assert json.dumps(away.value.body())
+
+
+def test_a_silent_s3_is_noticed_while_others_wait_for_it(s3: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store_module, "PROBE_LIMITS", {**store_module.PROBE_LIMITS, "read_timeout": 0.2})
+    SharedStore("s3://tsr-not-there/x").require_answer()  # a place without its id answers too
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{silent.getsockname()[1]}")
+        began = time.monotonic()
+        with pytest.raises(SharedFilesError, match=r"do not answer"):
+            SharedStore("s3://tsr-bucket/x").require_answer()
+    assert time.monotonic() - began < store_module.S3_LIMITS["read_timeout"]  # type: ignore[operator]
+
+
+def test_the_start_of_a_server_does_not_wait_for_a_silent_s3(
+    bucket: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = Settings(home=tmp_path, files=bucket, database_url="postgresql://x/y")
+    assert SharedFiles(SharedStore(bucket), settings).prepare() is None
+    monkeypatch.setattr(store_module, "PROBE_LIMITS", {**store_module.PROBE_LIMITS, "read_timeout": 0.2})
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{silent.getsockname()[1]}")
+        began = time.monotonic()
+        assert "do not answer" in str(SharedFiles(SharedStore(bucket), settings).prepare())
+    assert time.monotonic() - began < store_module.S3_LIMITS["read_timeout"]  # type: ignore[operator]

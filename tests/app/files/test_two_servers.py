@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 import time
 import urllib.error
 import urllib.request
@@ -15,6 +16,7 @@ import pytest
 
 from app.files import shared as shared_module
 from app.files.shared import shared_files
+from app.files.store import SharedFilesError, SharedStore
 from app.settings import load_settings
 from app.storage.models import Run, Video
 from tests import toy_pipeline
@@ -156,6 +158,41 @@ def test_a_slow_fetch_blocks_nobody(servers: TwoServers, monkeypatch: pytest.Mon
     assert (status, answer["error"]["code"]) == (503, "files_coming")
     assert servers.request(servers.second, "/api/videos")[0] == 200
     wait_until(lambda: servers.request(servers.second, f"/api/runs/{servers.run}/tracks")[0] == 200, time_limit(15))
+
+
+def test_silent_shared_files_are_reported_while_a_copy_waits(
+    servers: TwoServers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wait_until_shared(servers)
+    files, file_sync = shared_files(servers.second.settings), servers.first.context.file_sync
+    assert files is not None
+    assert file_sync is not None
+    answers, put = threading.Event(), SharedStore.put
+
+    def slow_put(*arguments: Any) -> Any:
+        assert answers.wait(time_limit(60))
+        return put(*arguments)
+
+    def slow_get(*_: Any) -> None:
+        assert answers.wait(time_limit(60))
+        raise SharedFilesError("It is too late for this test.")
+
+    def require_answer(_: SharedStore) -> None:
+        if not answers.is_set():
+            raise SharedFilesError("The shared files do not answer.", code="files_away")
+
+    monkeypatch.setattr(shared_module, "FETCH_TIMEOUT_S", 0.05)
+    monkeypatch.setattr(SharedStore, "require_answer", require_answer)
+    monkeypatch.setattr(SharedStore, "get", slow_get)
+    monkeypatch.setattr(SharedStore, "put", slow_put)
+    status, answer = servers.request(servers.second, f"/api/runs/{servers.run}/tracks")
+    assert (status, answer["error"]["code"]) == (503, "files_away")
+    servers.first.client.post(f"/api/videos/{servers.video}/runs", json={"stop": 1})
+    run_jobs(servers.first.context)
+    wait_until(lambda: file_sync.problem is not None, time_limit(10))
+    assert file_sync.problem == "The shared files do not answer. Finished files stay on this server until then."
+    answers.set()
+    wait_until(lambda: file_sync.problem is None, time_limit(10))
 
 
 def test_a_server_without_the_shared_files_says_where_they_are(servers: TwoServers, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from app.events import EventBus
 from app.jobs import worker
 from app.jobs.context import TaskContext
 from app.jobs.kinds import JobKind, JobKinds
+from app.jobs.locks import JobLock, unstored_end
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
 from app.settings import Settings
@@ -69,15 +70,20 @@ def test_the_end_of_a_job_is_stored_once_there_is_room(
     claimed: Callable[[Exception], TaskContext], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     task = claimed(DISK_FULL)
-    report, attempts = worker.report_failure, iter([FULL, FULL, FULL])
+    report, attempts, reasons = worker.report_failure, iter([FULL, FULL, FULL]), list[str]()
 
     def at_last(task: TaskContext, message: str) -> None:
+        reasons.append(unstored_end(task.settings.home, task.job.id))
         for error in attempts:
             raise error
         report(task, message)
 
     monkeypatch.setattr(worker, "report_failure", at_last)
+    lock = JobLock(task.settings.home, task.job.id)
+    assert lock.acquire()
     worker.execute(task)
+    lock.release()
+    assert reasons == ["", *["the disk is full"] * 3]
     assert final_state(task)[0] == "failed"
     assert len(warnings(caplog)) == 1
 

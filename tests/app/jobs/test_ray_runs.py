@@ -147,9 +147,9 @@ def test_a_run_that_waits_for_a_free_cpu_says_so_once(monkeypatch: pytest.Monkey
     assert heard(monkeypatch, Node({"at": AT}, busy=3)) == [node_runner.WAITING_FOR_NODE, "", 1]
 
 
-def test_a_run_that_waits_for_the_cluster_says_so_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_waits_for_the_cluster_says_each_reason_once(monkeypatch: pytest.MonkeyPatch) -> None:
     notes: list[str] = []
-    answers: list[object] = [ClusterUnreachable("No answer."), ClusterUnreachable("No answer."), REPORT]
+    answers: list[object] = [*map(ClusterUnreachable, ("No answer.", "No answer.", "No CPU.")), REPORT]
 
     def run_on_node(*_: object) -> object:
         answer = answers.pop(0)
@@ -170,7 +170,7 @@ def test_a_run_that_waits_for_the_cluster_says_so_once(monkeypatch: pytest.Monke
         resource.setrlimit(resource.RLIMIT_AS, limits)
         signal.signal(signal.SIGTERM, on_sigterm)
     assert report is REPORT
-    assert notes == [executor.UNREACHABLE]
+    assert notes == ["waiting. No answer", "waiting. No CPU"]
 
 
 def test_a_node_says_that_it_compiles(monkeypatch: pytest.MonkeyPatch) -> None:

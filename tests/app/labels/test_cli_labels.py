@@ -63,9 +63,9 @@ def test_labels_are_listed_shown_and_found_by_any_name(labels: Command) -> None:
     assert "* gtsrb-43" in " ".join(text.split())
     assert labels.json("show", "Stop")["id"] == labels.json("show", "#14")["id"] == 14
     assert "shape: octagon" in labels("show", "stop")
-    assert labels("show", "stopp", code=2).endswith("none is called 'stopp'. Is it 'stop'?")
+    assert labels("show", "stopp", code=2).endswith("alias or number 'stopp'. Is it 'stop'?")
     assert labels("show", "limit", code=2).endswith("'speed limit 30 km/h', 'speed limit 50 km/h'?")
-    assert labels("show", "zebra", code=2).endswith("none is called 'zebra'. See 'tsr labels list'.")
+    assert labels("show", "zebra", code=2).endswith("'zebra'. The page Labels and 'tsr labels list' list the labels.")
 
 
 def test_labels_are_added_with_all_fields_and_changed(labels: Command) -> None:

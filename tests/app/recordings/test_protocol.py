@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from app.pages import static_folder
+from app.page_files import static_folder
 from app.recordings import viewer
 
 FILES = ("rerun/v1alpha1/viewer_control.proto", "rerun/v1alpha1/common.proto")

@@ -113,9 +113,9 @@ def test_a_removed_run_is_not_found(library: Library) -> None:
 @pytest.mark.parametrize(
     ("asked", "sentence"),
     [
-        ({"label": "no such sign"}, "No label set in use has a label called 'no such sign'."),
+        ({"label": "no such sign"}, "or number 'no such sign'. The page Labels and 'tsr labels list' list the labels."),
         ({"label": "peed"}, "Is it 'speed limit 20 km/h', 'speed limit 30 km/h', 'speed limit 50 km/h'?"),
-        ({"label": ["stop", "speed limit 6"]}, "has a label called 'speed limit 6'. Is it 'speed limit 60 km/h'"),
+        ({"label": ["stop", "speed limit 6"]}, "alias or number 'speed limit 6'. Is it 'speed limit 60 km/h'"),
         ({"since": "yesterday"}, "Expected a day such as 2026-11-01"),
         ({"size_min": 9, "size_max": 3}, "The smallest size, 9, is above the largest, 3."),
         ({"uncertainty_min": 2}, "less than or equal to 1"),

@@ -54,7 +54,7 @@ def test_the_command_names_the_labels_that_words_mean(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["--label", "unicorn"], "No label set in use has a label called 'unicorn'."),
+        (["--label", "unicorn"], "the key, name, alias or number 'unicorn'."),
         (["--state", "good"], "--state: "),
         (["--uncertainty-min", "3"], "--uncertainty-min: "),
         (["--since", "soon"], "Expected a day such as 2026-11-01"),

@@ -103,6 +103,13 @@ test('refusals wait longer each time; the number after a reset counts from there
   assert.deepEqual(found.seen, [41]);
 });
 
+test('the end of a run that cannot be stored is received although it has no number', async () => {
+  const unstored = 'event: unstored\ndata: {"kind":"run","subject":"r","data":{"note":"over"}}\n\n';
+  const found = await runScript([`id: 3\nevent: hello\ndata: {"seq": 3}\n\n${unstored}${change(4)}`]);
+  assert.deepEqual(found.seen, [undefined, 4]);
+  assert.deepEqual(found.asked, [null, '4']);
+});
+
 test('a full disk is reported beside the numbered stream', async () => {
   const full = (/** @type {string} */ text) => `event: storage\ndata: {"text":${text}}\n\n`;
   const found = await runScript([`id: 3\nevent: hello\ndata: {"seq": 3}\n\n${full('"full"')}${change(4)}${full('null')}`]);

@@ -66,14 +66,16 @@ test('a signed-out person is sent to sign in, but a page with work stays open', 
   }
 });
 
-test('the page offers a reload only if the server has another version', async () => {
+test('the page offers a reload only if the server has another version or build', async () => {
   /** @type {any} */
   let hooks;
   let version = '1.0.0';
+  let page = 'files-1';
   const store = createStore(initialState());
-  const api = { session: async () => ({ version }), outputs: async () => [], assignments: async () => [] };
-  const load = async () => store.dispatch((state) => ({ ...state, session: /** @type {any} */ ({ version }) }));
+  const api = { session: async () => ({ version, page }), outputs: async () => [], assignments: async () => [] };
+  const load = async () => store.dispatch((state) => ({ ...state, session: /** @type {any} */ ({ version, page }) }));
   startLiveUpdates(/** @type {any} */ ({ store, api, signal: new AbortController().signal, receive: () => {}, load }), {
+    files: 'files-1',
     open: (options) => ((hooks = options), /** @type {any} */ ({ retry: () => {} })),
   });
   const reconnect = async () => {
@@ -88,5 +90,10 @@ test('the page offers a reload only if the server has another version', async ()
   const text = 'The server runs tsr 1.1.0 now, and this page is from 1.0.0. Reload it; unsaved changes are kept.';
   assert.deepEqual(await reconnect(), [[text, 'reload']]);
   version = '1.0.0';
+  assert.deepEqual(await reconnect(), []);
+  page = 'files-2';
+  const built = 'The server runs another build of tsr 1.0.0 now, and this page is from an older one. Reload it; unsaved changes are kept.';
+  assert.deepEqual(await reconnect(), [[built, 'reload']]);
+  page = 'files-1';
   assert.deepEqual(await reconnect(), []);
 });
