@@ -197,6 +197,13 @@ const live = startLiveUpdates(app, {
 });
 // the browser knows that a network has gone or come: the present connection may be dead
 for (const change of ['online', 'offline']) addEventListener(change, live.retry, { signal: pageEnd.signal });
+/**
+ * Only visible pages listen. By HTTP/1.1 a browser has six connections to a server, for all of its pages together, and
+ * six listening pages would leave none.
+ */
+const listenIfVisible = () => (document.hidden ? live.pause() : live.resume());
+document.addEventListener('visibilitychange', listenIfVisible, { signal: pageEnd.signal });
+listenIfVisible();
 void live.reload();
 store.dispatch(setTheme, rememberedTheme());
 readRoute();

@@ -14,6 +14,8 @@ import { sleep } from './sleep.js';
  * @typedef {object} Stream
  * @property {() => void} close
  * @property {() => void} retry     connect anew at once: the present connection may be dead, and waiting is not needed
+ * @property {() => void} pause     give the connection up until `resume`; what happens meanwhile arrives after it
+ * @property {() => void} resume
  * @property {() => number|null} last   number of the newest received event
  */
 
@@ -52,6 +54,8 @@ export function openStream(options) {
   let delayAborter = new AbortController();
   let silenceAborter = new AbortController();
   let delay = MIN_RETRY_DELAY_MS;
+  /** Ends the pause; null: there is none. @type {AbortController|null} */
+  let pause = null;
 
   /** @param {{id: string, event: string, data: string}} message */
   function handleMessage(message) {
@@ -118,12 +122,15 @@ export function openStream(options) {
 
   async function run() {
     while (!closed.aborted) {
+      if (pause !== null) await aborted(AbortSignal.any([closed, pause.signal]));
+      if (closed.aborted) return;
       try {
         await listen();
       } catch {
         // Any failure is treated alike: report it, wait, connect again.
       }
       if (closed.aborted) return;
+      if (pause !== null) continue;
       onConnection?.('offline');
       delayAborter = new AbortController();
       await wait(delay, AbortSignal.any([closed, delayAborter.signal]));
@@ -131,17 +138,35 @@ export function openStream(options) {
     }
   }
 
+  function reconnect() {
+    delay = MIN_RETRY_DELAY_MS;
+    silenceAborter.abort();
+    delayAborter.abort();
+  }
+
   void run();
   return {
     close: () => aborter.abort(),
-    retry: () => {
-      delay = MIN_RETRY_DELAY_MS;
-      silenceAborter.abort();
-      delayAborter.abort();
+    retry: reconnect,
+    pause: () => {
+      if (pause !== null) return;
+      pause = new AbortController();
+      reconnect();
+    },
+    resume: () => {
+      pause?.abort();
+      pause = null;
     },
     last: () => last,
   };
 }
+
+/** Resolves when the signal is aborted. @param {AbortSignal} signal @returns {Promise<void>} */
+const aborted = (signal) =>
+  new Promise((resolve) => {
+    if (signal.aborted) resolve();
+    else signal.addEventListener('abort', () => resolve(), { once: true });
+  });
 
 /**
  * A parser of server-sent events. It accepts text in chunks of any size.

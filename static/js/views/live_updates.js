@@ -31,7 +31,7 @@ const PAGE_FILES = /\/static\/v-([0-9a-f]{16})\//.exec(import.meta.url)?.[1] ?? 
  * @param {{onEvent?: (event: ServerEvent) => void, onReset?: () => void, onReconnect?: () => void, files?: string|null, open?: typeof openStream, retryDelayMs?: number, signIn?: () => void}} [hooks]
  * onEvent: called after the store has taken `video`, `run` and `removed`; also for `edit`. onReset: events were missed,
  * so the data of a review may be old. onReconnect: the server was unreachable. files: version of the page's files
- * @returns {{retry: () => void, reload: () => Promise<void>}}
+ * @returns {Pick<import('../api/events.js').Stream, 'retry'|'pause'|'resume'> & {reload: () => Promise<void>}}
  */
 export function startLiveUpdates(app, hooks = {}) {
   const { store, api } = app;
@@ -168,5 +168,5 @@ export function startLiveUpdates(app, hooks = {}) {
     }
   }
 
-  return { retry: stream.retry, reload };
+  return { retry: stream.retry, pause: stream.pause, resume: stream.resume, reload };
 }

@@ -152,6 +152,46 @@ test('a connection without a byte for twelve seconds, three heartbeats, counts a
   stream.close();
 });
 
+test('a paused stream has no connection and continues after the last number', async () => {
+  /** @type {(string|null)[]} */ const asked = [];
+  /** @type {string[]} */ const states = [];
+  /** @type {number[]} */ const seen = [];
+  let connections = 0;
+  const stream = openStream({
+    fetch: /** @type {any} */ (
+      async (/** @type {string} */ _, /** @type {RequestInit} */ init) => {
+        asked.push(new Headers(init.headers).get('Last-Event-ID'));
+        connections += 1;
+        const body = new ReadableStream({
+          start(controller) {
+            const first = asked.length === 1 ? 'id: 3\nevent: hello\ndata: {}\n\n' + change(4) : change(5);
+            controller.enqueue(new TextEncoder().encode(first));
+            init.signal?.addEventListener('abort', () => ((connections -= 1), controller.error(new Error('aborted'))));
+          },
+        });
+        return new Response(body);
+      }
+    ),
+    onEvent: (event) => seen.push(event.seq),
+    onConnection: (state) => states.push(state),
+    wait: async () => {},
+  });
+  await waitUntil(() => seen.length === 1);
+  stream.pause();
+  stream.pause();
+  await waitUntil(() => connections === 0);
+  for (let turn = 0; turn < 50; turn += 1) await Promise.resolve();
+  stream.retry(); // the network is back, but nobody looks
+  for (let turn = 0; turn < 50; turn += 1) await Promise.resolve();
+  assert.deepEqual([asked.length, connections], [1, 0]);
+  stream.resume();
+  await waitUntil(() => seen.length === 2);
+  assert.deepEqual([asked, states, seen], [[null, '4'], ['online'], [4, 5]], 'it was never offline');
+  stream.pause();
+  await waitUntil(() => connections === 0);
+  stream.close();
+});
+
 test('a retry ends a connection that may be dead, and the next one continues after the last number', async () => {
   const requestedIds = /** @type {(string|null)[]} */ ([]);
   const fetch = /** @type {any} */ (
