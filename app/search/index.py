@@ -135,6 +135,7 @@ class SearchIndex:
             changed = self._event < 0 or (event != self._event and runs_have_changed(session, self._event))
             flags: dict[str, bool] = {}
             if changed:
+                self._edit = 0  # SQLite gives the numbers of a removed run's edits to later ones
                 self._expected = expected_runs(session)
                 self._unread, flags = stale_runs(session, self._expected, retry=self._event < 0)
                 if self._database.shared is not None:  # runs that must be fetched come last

@@ -51,7 +51,7 @@ def library_and_drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[Tracked
     """A data folder with a run, and a long drive that may be added."""
     folder = tmp_path_factory.mktemp("shutdown")
     (folder / "videos").mkdir()
-    return toy_library(folder), toy_pipeline.write_drive(folder / "videos" / "other.mp4", 2000)
+    return toy_library(folder), toy_pipeline.write_drive(folder / "videos" / "other.mp4", 1000)
 
 
 @pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])

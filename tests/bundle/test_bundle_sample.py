@@ -19,7 +19,7 @@ from tsr_engine.runs.track_video import RunRequest, track_video
 
 @pytest.mark.slow
 def test_the_sample_drive(tmp_path: Path) -> None:
-    params = Params()
+    params = Params().with_settings([("coast_foe_y", 0.5)])
     components = load_components(params)
     track_video(RunRequest(SHIPPED[0].video, params, tmp_path / "run", stop=14), components)
     with EvidenceReader(tmp_path / "run") as reader:

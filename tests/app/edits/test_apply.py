@@ -65,7 +65,7 @@ def test_commands_have_the_golden_effect(case: dict[str, Any]) -> None:
     assert set(changed) <= set(touched_keys(command))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12), whole=st.booleans())
 def test_deleted_parts_are_restored_unchanged(seed: int, length: int, whole: bool) -> None:
     docs = walk(seed, length)
@@ -88,7 +88,7 @@ def test_only_deleted_tracks_can_be_restored() -> None:
         apply(apply(docs, name="delete_track", key="m1", frame=0), name="set_review", key="m1", frame=0, review="open")
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12), frame=st.integers(1, 74))
 def test_split_and_delete_keep_the_shown_boxes(seed: int, length: int, frame: int) -> None:
     docs = walk(seed, length)
@@ -153,7 +153,7 @@ def test_nothing_can_be_removed_after_the_end_of_a_track(command: dict[str, Any]
         assert apply(growing, key="m4", frame=500, **allowed)["m4"] != growing["m4"], "what its run adds"
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12))
 @example(seed=731732, length=3)  # the other end of the line would come only from the other track's boxes
 @example(seed=664443, length=12)  # key frames before the first box
@@ -176,7 +176,7 @@ def test_merge_keeps_the_boxes_of_both(seed: int, length: int) -> None:
                     assert is_near(now, second), (key, other, f)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12))
 def test_whole_tracks_equal_single_frames(seed: int, length: int) -> None:
     import numpy as np
@@ -196,7 +196,7 @@ def test_whole_tracks_equal_single_frames(seed: int, length: int) -> None:
         assert got.occluded.tolist() == [one.occluded for _, one in want]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(seed=st.integers(0, 10**6), length=st.integers(0, 12), label=st.sampled_from([None, NO_CLASS, 3]))
 def test_a_label_of_the_whole_track_changes_no_box(seed: int, length: int, label: int | None) -> None:
     docs = walk(seed, length)

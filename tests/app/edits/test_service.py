@@ -91,7 +91,7 @@ def test_a_split_inherits_the_class_of_the_evidence(edits: EditServices, reporte
     assert {doc.key: doc.class_id for doc in send(edits, "6", split, {"m2": 1}).docs} == {"m2": None, "hlater02": None}
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_undoing_and_redoing_all_edits(edits: EditServices, seed: int) -> None:
     rng, docs, states = random.Random(seed), initial_documents(), []
     for step in range(25):
@@ -290,7 +290,7 @@ def _child(file: Path, *more: str) -> subprocess.Popen[str]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[3])
 
 
-@pytest.mark.parametrize("after", [1, 7, 40])
+@pytest.mark.parametrize("after", [1, 40])
 def test_kill_keeps_every_acknowledged_edit(tmp_path: Path, after: int) -> None:
     file = tmp_path / "t.sqlite"
     with _child(file) as child:

@@ -22,8 +22,8 @@ from tests.app.toy_server import SECRET
 from tests.forked_program import ForkedProgram
 from tests.waiting import wait_until
 
-FRAMES = 96
-MAX_FRAME_IN_PROGRESS = 50
+FRAMES = 80
+MAX_FRAME_IN_PROGRESS = 34
 """Runs report progress three times a second: after this frame enough is left for a run to be seen in progress."""
 
 

@@ -7,6 +7,7 @@ import json
 import os
 import pickle
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -36,8 +37,9 @@ SCRIPT = Path(__file__).with_name("ray_runs.py")
 
 
 @pytest.mark.slow
-def test_a_run_resumes_after_the_death_of_a_node(reference_run: Path, tmp_path: Path) -> None:
+def test_a_run_resumes_after_the_death_of_a_node(imported_home: Path, reference_run: Path, tmp_path: Path) -> None:
     pytest.importorskip("ray", reason="Ray is not installed: pip install 'tsr[cluster]'")
+    shutil.copytree(imported_home, tmp_path / "home")
     paths = os.pathsep.join(filter(None, sys.path))
     done = subprocess.run(
         [sys.executable, str(SCRIPT), str(tmp_path / "home")],

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 from uuid import uuid4
 
 import pytest
 
+from app.storage.models import Run
 from tests.app.edits.conftest import run, server, tracked_home
 from tests.app.edits.edit_client import EditClient
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
-
-MAX_WAIT_S = 60.0
-"""The longest wait until the search knows a change on a busy machine, s."""
+from tests.waiting import wait_until
 
 __all__ = ["library", "run", "server", "tracked_home"]
 
@@ -30,13 +29,14 @@ class Library:
 
     def search(self, **params: Any) -> dict[str, Any]:
         """A page of tracks, as soon as no run is missing from it."""
-        end = time.monotonic() + MAX_WAIT_S
-        while True:
+
+        def whole_answer() -> dict[str, Any] | None:
             answer = self.server.client.get("/api/search", params=params)
             assert answer.status_code == 200, answer.text
-            if answer.json()["unread"] == 0:
-                return dict(answer.json())
-            assert time.monotonic() < end, answer.text
+            return dict(answer.json()) if answer.json()["unread"] == 0 else None
+
+        found: dict[str, Any] = wait_until(whole_answer)
+        return found
 
     def keys(self, **params: Any) -> list[str]:
         """Keys of what is found."""
@@ -62,14 +62,28 @@ class Library:
         assert answer.status_code == 200, answer.text
         return dict(answer.json())
 
+    def remove_run(self) -> None:
+        """Remove the run; its evidence files stay, because all runs of the toy drive share them."""
+        with self.home.database.write() as session:
+            session.delete(session.get_one(Run, self.run))
+            self.home.events.publish(session, "removed", self.run, {"run": self.run})
+
     def page(self) -> EditClient:
         """Somebody who corrects the run at the same time."""
         return EditClient(self.server, self.run)
 
 
 @pytest.fixture
-def library(server: Server, tracked_home: ToyHome, run: str) -> Library:
-    """A library whose newest run is fresh."""
+def library(server: Server, tracked_home: ToyHome, run: str) -> Iterator[Library]:
+    """A library whose newest run is fresh.
+
+    The run is removed at the end: the index reads all runs of a video again whenever it gets a new one.
+    """
     with tracked_home.database.write() as session:
         tracked_home.events.publish(session, "run", run, {"state": "complete"})
-    return Library(server, tracked_home, run)
+    library = Library(server, tracked_home, run)
+    yield library
+    with tracked_home.database.read() as session:
+        left = session.get(Run, run) is not None
+    if left:
+        library.remove_run()

@@ -231,10 +231,12 @@ def test_thousands_of_videos_are_matched_fast(tmp_path: Path) -> None:
         for run in expected_runs(session).values():
             session.add(SearchRun(run_id=run.run_id, video_id=run.video_id, basis=run.basis, **known))
         session.flush()
-        for i in range(videos):
-            own = row | {"run_id": f"{i:032d}", "video_id": f"{i:064d}"}
-            tracks = [own | {"key": f"m{track}"} | (touched if track == 1 else {}) for track in range(1, 31)]
-            session.execute(insert(SearchTrack), tracks)
+        tracks = [
+            row | {"run_id": f"{i:032d}", "video_id": f"{i:064d}", "key": f"m{track}"} | (touched if track == 1 else {})
+            for i in range(videos)
+            for track in range(1, 31)
+        ]
+        session.connection().execute(insert(SearchTrack.__table__), tracks)
     world = IndexedLibrary(database, tmp_path / "home")
     began = time.process_time()
     assert len(world.labelled.find(TrackQuery(label="stop", state="accepted")).videos) == videos

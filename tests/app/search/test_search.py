@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.storage.models import Run
+from tests.app.edits.edit_client import EditClient
 from tests.app.search.conftest import Library
 
 
@@ -102,12 +102,22 @@ def test_an_older_run_is_found_on_request(library: Library) -> None:
 
 def test_a_removed_run_is_not_found(library: Library) -> None:
     assert library.search()["total"] > 0
-    with library.home.database.write() as session:  # the toy runs share their evidence files
-        session.delete(session.get_one(Run, library.run))
-        library.home.events.publish(session, "removed", library.run, {"run": library.run})
+    library.remove_run()
     found = library.search(runs="all", limit=500)
     assert library.run not in {track["run"] for track in found["tracks"]}
     assert library.search()["total"] > 0  # the previous run represents the video again
+
+
+def test_an_edit_after_the_removal_of_an_edited_run_is_found(library: Library) -> None:
+    """On SQLite it gets the number of an edit that was removed."""
+    key = library.keys()[0]
+    judge = {"name": "set_review", "frame": 5, "key": key, "review": "accepted"}
+    assert library.page().send(judge, f'"{key}:0"').is_success
+    assert library.keys(state="accepted") == [key]
+    library.remove_run()
+    (revision,) = {track["revision"] for track in library.search()["tracks"] if track["key"] == key}
+    assert EditClient(library.server, library.home.run_id).send(judge, f'"{key}:{revision}"').is_success
+    assert library.keys(state="accepted") == [key]
 
 
 @pytest.mark.parametrize(
