@@ -285,4 +285,4 @@ def test_labels_are_chosen_by_key(api: ExchangeClient) -> None:
     assert api.export(labels=["stop"])["summary"]["counts"]["tracks"] == stops
     assert api.export(classes=[14])["summary"]["counts"]["tracks"] == stops
     assert api.export(labels=["stop, give way"])["state"] == "complete"
-    assert "no label" in api.export(labels=["stoop"])["error"]
+    assert "number 'stoop'. Is it 'stop'?" in api.export(labels=["stoop"])["error"]
