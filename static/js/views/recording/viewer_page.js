@@ -166,11 +166,7 @@ function announce() {
 /** @param {number} time */
 function onTime(time) {
   const frame = Math.floor(time);
-  if (timeline !== TIMELINE || !Number.isFinite(frame)) {
-    announce();
-    return;
-  }
-  const moved = sync.report(frame);
+  const moved = timeline === TIMELINE && Number.isFinite(frame) ? sync.report(frame) : null;
   announce(); // the page seeks next
   if (moved !== null) postToPage({ type: 'time', frame });
 }
