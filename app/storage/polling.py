@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import threading
 from collections.abc import Callable
 from contextlib import closing, suppress
 from typing import Generic, TypeVar, cast
@@ -35,6 +36,8 @@ class Polled(Generic[T]):
         self._engine = engine
         self._query = query
         self._counter: PoolProxiedConnection | None = None
+        self._counter_lock = threading.Lock()  # SQLite crashes if a connection is closed while another thread uses it
+        self._is_closed = False
         self._version: int | None = None
         self._result: T | None = None
 
@@ -53,7 +56,12 @@ class Polled(Generic[T]):
         return cast("T", self._result)
 
     def close(self) -> None:
-        """Close the connection."""
+        """Close the connection, when no other thread uses it; later calls query every time."""
+        with self._counter_lock:
+            self._is_closed = True
+            self._drop_counter()
+
+    def _drop_counter(self) -> None:
         counter, self._counter = self._counter, None
         if counter is not None:
             counter.close()
@@ -62,12 +70,15 @@ class Polled(Generic[T]):
         """Number that changes with each commit of another connection; None: unknown."""
         if self._engine.dialect.name != "sqlite":
             return None
-        with suppress(sqlite3.Error, SQLAlchemyError):  # the query that follows reports it
-            if self._counter is None:
-                self._counter = self._engine.raw_connection()
-                self._counter.detach()  # the pool's connections are used for commits of this process, which count
-            with closing(self._counter.cursor()) as cursor:
-                cursor.execute("PRAGMA data_version")
-                return int(cursor.fetchall()[0][0])
-        self.close()
-        return None
+        with self._counter_lock:
+            if self._is_closed:
+                return None
+            with suppress(sqlite3.Error, SQLAlchemyError):  # the query that follows reports it
+                if self._counter is None:
+                    self._counter = self._engine.raw_connection()
+                    self._counter.detach()  # the pool's connections are used for commits of this process, which count
+                with closing(self._counter.cursor()) as cursor:
+                    cursor.execute("PRAGMA data_version")
+                    return int(cursor.fetchall()[0][0])
+            self._drop_counter()
+            return None

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
 import pytest
+from sqlalchemy.engine.interfaces import DBAPICursor
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
+from sqlalchemy.pool import PoolProxiedConnection
 
 from app.events import EventBus
 from app.storage.database import Database
+from tests.waiting import time_limit
 
 BUS = EventBus()
 
@@ -102,3 +106,43 @@ def test_a_closed_database_leaves_no_open_file(sqlite: Database, tmp_path: Path)
     sqlite.close()
     links = (os.path.realpath(f"/proc/self/fd/{fd}") for fd in os.listdir("/proc/self/fd"))  # noqa: PTH208
     assert not [link for link in links if link.startswith(str(tmp_path.resolve()))]
+
+
+def test_a_connection_in_use_is_closed_after_its_use(sqlite: Database, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = EventCounter(sqlite)
+    using, may_end, order = threading.Event(), threading.Event(), list[str]()
+    open_connection = sqlite.engine.raw_connection
+
+    def slow_connection() -> PoolProxiedConnection:
+        connection = open_connection()
+        if using.is_set():
+            return connection
+        cursor, close = connection.cursor, connection.close
+
+        def slow_cursor() -> DBAPICursor:
+            using.set()
+            assert may_end.wait(time_limit(10))
+            order.append("used")
+            return cursor()
+
+        def noted_close() -> None:
+            order.append("closed")
+            close()
+
+        monkeypatch.setattr(connection, "cursor", slow_cursor)
+        monkeypatch.setattr(connection, "close", noted_close)
+        return connection
+
+    monkeypatch.setattr(sqlite.engine, "raw_connection", slow_connection)
+    reader = threading.Thread(target=asked.newest)
+    closer = threading.Thread(target=sqlite.close)
+    reader.start()
+    assert using.wait(time_limit(10))
+    closer.start()
+    closer.join(0.1)
+    may_end.set()
+    for thread in (reader, closer):
+        thread.join(time_limit(10))
+    assert order == ["used", "closed"]
+    assert asked.newest() == 0
+    assert order == ["used", "closed"], "no connection is opened after the end"
