@@ -11,8 +11,10 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from xdist.remote import Producer
 
 from tests.e2e.chromium import INSTALL_HINT
+from tests.scheduling import FileScheduling
 
 # Processes of tests share few cores: with BLAS threads of their own they wait for each other, up to six times as long.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -79,6 +81,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Files with slow tests come first, so that at the end no process works on a long one while the others are idle."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in slow)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> FileScheduling:
+    """All tests of a file run in one process, because they share fixtures."""
+    return FileScheduling(config, log)
 
 
 @pytest.hookimpl(wrapper=True)
