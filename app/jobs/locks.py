@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tsr_engine.io.locks import is_locked, is_named
 
-__all__ = ["JobLock", "holder_pid", "is_alive", "last_holder_pid", "note_unstored_end", "unstored_end"]
+__all__ = ["JobLock", "holder_pid", "is_alive", "last_holder_pid", "note_unstored_end", "unstored_ends"]
 
 _SIZE = 512
 """Bytes of a file: the id, and a sentence in UTF-8 on the next line, filled up with spaces."""
@@ -89,9 +89,12 @@ def note_unstored_end(home: Path, job_id: str, reason: str) -> None:
         file.write(start + text.encode().ljust(_SIZE - len(start)))
 
 
-def unstored_end(home: Path, job_id: str) -> str:
-    """Why the end of a job cannot be stored; empty: it can, or has not come."""
-    try:
-        return _path(home, job_id).read_bytes().partition(b"\n")[2].decode(errors="replace").strip()
-    except OSError:
-        return ""
+def unstored_ends(home: Path) -> dict[str, str]:
+    """Job -> why its end cannot be stored; without the jobs whose ends can be stored, or have not come."""
+    reasons = {}
+    for path in (home / "locks").glob("*.lock"):
+        with suppress(OSError):  # the job has ended meanwhile
+            text = path.read_bytes().partition(b"\n")[2].decode(errors="replace").strip()
+            if text:
+                reasons[path.stem] = text
+    return reasons

@@ -8,7 +8,7 @@ from pathlib import Path
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.jobs.locks import unstored_end
+from app.jobs.locks import unstored_ends
 from app.runs.view import RunView, run_view
 from app.storage.models import Job, Run
 
@@ -30,8 +30,11 @@ def runs_with_unstored_ends(session: Session, home: Path) -> list[RunView]:
 
 def _reasons(session: Session, home: Path) -> dict[str, str]:
     """Run -> why its end cannot be stored."""
-    running = session.execute(select(Job.subject, Job.id).where(Job.state == "running"))
-    return {run_id: reason for run_id, job_id in running if (reason := unstored_end(home, job_id))}
+    reasons = unstored_ends(home)
+    if not reasons:
+        return {}  # without a query, because an idle server asks all the time
+    jobs = session.execute(select(Job.subject, Job.id).where(Job.id.in_(reasons), Job.state == "running"))
+    return {run_id: reasons[job_id] for run_id, job_id in jobs}
 
 
 def _view(run: Run, reason: str | None) -> RunView:

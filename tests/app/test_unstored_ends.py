@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 import requests
+from sqlalchemy.orm import Session
 
 from app.jobs.locks import JobLock, note_unstored_end
+from app.runs.unstored_ends import runs_with_unstored_ends
 from app.storage.models import Job, Run, Video
 from tests.app.test_streams import AUTHORISED
 from tests.app.threaded_server import ThreadedServer, serve_in_thread
@@ -38,6 +40,13 @@ def notes(live: ThreadedServer) -> set[str]:
     client = live.server.client
     runs = [client.get(f"/api/runs/{RUN}").json(), *client.get("/api/run-queue").json()["runs"]]
     return {run["note"] for run in (*runs, *client.get(f"/api/videos/{VIDEO}/runs").json()["runs"])}
+
+
+def test_nothing_is_queried_while_all_ends_are_stored(tmp_path: Path) -> None:
+    lock = JobLock(tmp_path, JOB)
+    assert lock.acquire()
+    assert runs_with_unstored_ends(Session(), tmp_path) == []  # a query would fail: the session has no database
+    lock.release()
 
 
 def test_lists_and_open_pages_say_so(live_server: ThreadedServer) -> None:

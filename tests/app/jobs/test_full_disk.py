@@ -15,7 +15,7 @@ from app.events import EventBus
 from app.jobs import worker
 from app.jobs.context import TaskContext
 from app.jobs.kinds import JobKind, JobKinds
-from app.jobs.locks import JobLock, unstored_end
+from app.jobs.locks import JobLock, unstored_ends
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
 from app.settings import Settings
@@ -70,10 +70,10 @@ def test_the_end_of_a_job_is_stored_once_there_is_room(
     claimed: Callable[[Exception], TaskContext], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     task = claimed(DISK_FULL)
-    report, attempts, reasons = worker.report_failure, iter([FULL, FULL, FULL]), list[str]()
+    report, attempts, reasons = worker.report_failure, iter([FULL, FULL, FULL]), list[dict[str, str]]()
 
     def at_last(task: TaskContext, message: str) -> None:
-        reasons.append(unstored_end(task.settings.home, task.job.id))
+        reasons.append(unstored_ends(task.settings.home))
         for error in attempts:
             raise error
         report(task, message)
@@ -83,7 +83,7 @@ def test_the_end_of_a_job_is_stored_once_there_is_room(
     assert lock.acquire()
     worker.execute(task)
     lock.release()
-    assert reasons == ["", *["the disk is full"] * 3]
+    assert reasons == [{}, *[{task.job.id: "the disk is full"}] * 3]
     assert final_state(task)[0] == "failed"
     assert len(warnings(caplog)) == 1
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.jobs.locks import JobLock, holder_pid, is_alive, note_unstored_end, unstored_end
+from app.jobs.locks import JobLock, holder_pid, is_alive, note_unstored_end, unstored_ends
 
 JOB = "a" * 32
 
@@ -62,15 +62,17 @@ def test_a_lock_on_a_full_disk_works_without_its_note(tmp_path: Path, monkeypatc
 
 def test_the_reason_of_an_unstored_end_takes_no_more_space(tmp_path: Path) -> None:
     note_unstored_end(tmp_path, JOB, "nobody holds the job")
-    assert unstored_end(tmp_path, JOB) == ""
+    assert unstored_ends(tmp_path) == {}
     lock = JobLock(tmp_path, JOB)
     assert lock.acquire()
-    assert unstored_end(tmp_path, JOB) == ""
+    assert unstored_ends(tmp_path) == {}
     (file,) = (tmp_path / "locks").iterdir()
     size = file.stat().st_size
     for reason in ("the disk is full", "é" * 999, "voll"):
         note_unstored_end(tmp_path, JOB, reason)
-        assert unstored_end(tmp_path, JOB) == reason[: len(unstored_end(tmp_path, JOB))] != ""
+        noted = unstored_ends(tmp_path)[JOB]
+        assert noted == reason[: len(noted)]
         assert (file.stat().st_size, holder_pid(tmp_path, JOB)) == (size, os.getpid())
-    assert unstored_end(tmp_path, JOB) == "voll"
+    assert unstored_ends(tmp_path) == {JOB: "voll"}
     lock.release()
+    assert unstored_ends(tmp_path) == {}
