@@ -36,6 +36,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--scratch", type=Path, default=Path("out/bench"))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=float, help="time of one call of `scale`; the next call continues")
+    parser.add_argument(
+        "--beside",
+        action="store_true",
+        help="keep stored results; add to each a line with this processor's figures",
+    )
     parser.add_argument("--report", action="store_true", help="only write the report, from stored results")
     args = parser.parse_args(argv)
     unknown = sorted(set(args.names) - set(names))
@@ -47,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if chosen:
             with alone(args.scratch):
-                _run(chosen, data)
+                _run(chosen, data, args.beside)
         write_report(EXPERIMENTS, RESULTS, ROOT / "figures", ROOT / "REPORT.md", [e.name for e in chosen])
     except TsrError as error:
         sys.stderr.write(f"benchmarks: {error}\n")
@@ -73,8 +78,13 @@ def alone(scratch: Path) -> Iterator[None]:
         yield
 
 
-def _run(experiments: Sequence[Experiment], data: Data) -> None:
+def _run(experiments: Sequence[Experiment], data: Data, beside: bool) -> None:
+    stored_results = {e.name: Result.load(path) for e in experiments if (path := RESULTS / f"{e.name}.json").is_file()}
+    if beside:
+        for experiment in experiments:
+            _require_other_processor(experiment, stored_results.get(experiment.name))
     for experiment in experiments:
+        stored = stored_results.get(experiment.name)
         began = time.monotonic()
         sys.stderr.write(f"{experiment.name} ... ")
         sys.stderr.flush()
@@ -82,11 +92,22 @@ def _run(experiments: Sequence[Experiment], data: Data) -> None:
             result = replace(experiment.run(data), machine=machine())
         except (Skip, InputError) as why:  # an old figure never replaces one that could not be measured
             result = Result(experiment.name, skipped=str(why), machine=machine())
-        if experiment.headline is not None:
-            earlier = RESULTS / f"{experiment.name}.json"
-            result = result.beside(Result.load(earlier) if earlier.is_file() else None, experiment.headline)
-        result.save(RESULTS)
         sys.stderr.write(f"{result.skipped or 'done'} ({time.monotonic() - began:.0f} s)\n")
+        if beside and stored is not None and experiment.headline is not None:
+            result = stored.beside(result, experiment.headline)
+        elif experiment.headline is not None:
+            result = result.beside(stored, experiment.headline)
+        result.save(RESULTS)
+
+
+def _require_other_processor(experiment: Experiment, stored: Result | None) -> None:
+    """Check that the figures of this processor can be added to a stored result."""
+    if experiment.headline is None:
+        raise UsageError(f"No figure of {experiment.name} depends on the processor. Run it without --beside.")
+    if stored is None or stored.skipped:
+        raise UsageError(f"There is no stored result of {experiment.name}. Run it without --beside.")
+    if stored.machine["processor"] == machine()["processor"]:
+        raise UsageError(f"The stored result of {experiment.name} is of this processor. Run it without --beside.")
 
 
 if __name__ == "__main__":

@@ -88,12 +88,13 @@ class Result:
     skipped: str = ""
     elsewhere: Mapping[str, str] = field(default_factory=dict)
 
-    def beside(self, earlier: Result | None, headline: Callable[[Result], str]) -> Result:
-        """This result with a short form of earlier results on other processors."""
-        if earlier is None or earlier.skipped or self.skipped:
+    def beside(self, other: Result | None, headline: Callable[[Result], str]) -> Result:
+        """This result with a short form of another one, and of what that has beside it, from other processors."""
+        if other is None or other.skipped or self.skipped:
             return self
-        here, there = self.machine["processor"], earlier.machine["processor"]
-        found = {**earlier.elsewhere, there: f"{headline(earlier)} (commit {earlier.machine['commit']})"}
+        here, there = self.machine["processor"], other.machine["processor"]
+        short = f"{headline(other)} (commit {other.machine['commit']})"
+        found = {**self.elsewhere, **other.elsewhere, there: short}
         found.pop(here, None)
         return replace(self, elsewhere=found)
 

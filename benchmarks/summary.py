@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -43,25 +43,30 @@ def summary(results: Path) -> str:
         results: folder of the JSON files.
 
     Returns:
-        A heading and a table of the rows whose experiments have results; empty without any. If results are older than
-        their row and lack a figure, the row names it.
+        A heading and a table of the rows whose experiments have results; empty without any. Figures of other processors
+        follow. If results are older than their row and lack a figure, the row names it.
     """
-    figures = {}
+    figures, elsewhere = {}, {}
     for path in sorted(results.glob("*.json")):
         result = json.loads(path.read_text(encoding="utf-8"))
         if not result["skipped"]:
             figures[result["name"]] = result["figures"]
-    rows = [_cells(row, figures) for row in ROWS if all(name in figures for name in row.needs)]
+            elsewhere[result["name"]] = result.get("elsewhere", {})  # older results have none
+    rows = [_cells(row, figures, elsewhere) for row in ROWS if all(name in figures for name in row.needs)]
     if not rows:
         return ""
     return "## Summary\n\n" + table([["what", "figure", "measured on"], *rows]) + "\n"
 
 
-def _cells(row: Row, figures: Figures) -> list[str]:
+def _cells(row: Row, figures: Figures, elsewhere: Mapping[str, Mapping[str, str]]) -> list[str]:
     try:
-        return [row.what, row.value(figures), row.source(figures)]
+        value, source = row.value(figures), row.source(figures)
     except KeyError as error:
         return [row.what, f"*Skipped:* the results have no {error}", f"run `python -m benchmarks {row.needs[0]}`"]
+    for name in row.needs:
+        for processor, headline in sorted(elsewhere[name].items()):
+            value += f"; on {processor}: {headline.rpartition(' (commit')[0]}"
+    return [row.what, value, source]
 
 
 def percent(share: float) -> str:

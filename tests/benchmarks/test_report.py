@@ -85,6 +85,36 @@ def test_results_of_another_processor_are_kept(tmp_path: Path) -> None:
     back = result("Slow", 41.0, "beef").beside(third, headline)
     assert back.elsewhere == {"Fast": "21.0 ms (commit c0ffee)"}
     assert Result("one", skipped="no data").beside(third, headline).elsewhere == {}
+    both = third.beside(result("Third", 30.0), headline)
+    assert both.elsewhere == {"Slow": "40.0 ms (commit c0ffee)", "Third": "30.0 ms (commit c0ffee)"}
+
+
+def test_a_stored_result_stays_beside_one_of_another_processor(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def measured(_: Data) -> Result:
+        return Result("one", "On toys.", {"value": 30.0})
+
+    def short(result: Result) -> str:
+        return f"{result.figures['value']} ms"
+
+    timed = replace(_toy("one"), run=measured, headline=short)
+    monkeypatch.setattr(runner, "EXPERIMENTS", [timed, replace(_toy("two"), run=measured)])
+    monkeypatch.setattr(runner, "ROOT", tmp_path)
+    monkeypatch.setattr(runner, "RESULTS", tmp_path / "results")
+    again = ["--beside", "--scratch", str(tmp_path / "scratch"), "one"]
+    assert runner.main(again) == 2
+    assert "There is no stored result of one. Run it without --beside." in capsys.readouterr().err
+    _write(tmp_path, Result("one", "On toys.", {"value": 20.0}, {}, {**machine(), "processor": "Other"}))
+    assert runner.main(again) == 0
+    text = (tmp_path / "REPORT.md").read_text(encoding="utf-8")
+    assert "It is 20.0." in text
+    assert f"On {machine()['processor']}: 30.0 ms (commit {machine()['commit']})." in text
+    _write(tmp_path, Result("one", "On toys.", {"value": 20.0}, {}, machine()))
+    assert runner.main(again) == 2
+    assert "The stored result of one is of this processor. Run it without --beside." in capsys.readouterr().err
+    assert runner.main([*again[:-1], "two"]) == 2
+    assert "No figure of two depends on the processor. Run it without --beside." in capsys.readouterr().err
 
 
 def test_a_missing_folder_skips_by_name(tmp_path: Path) -> None:
