@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tsr_engine.kernels import kernel
 
 __all__ = ["copy_row"]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def copy_row(source: NDArray[np.generic], target: NDArray[np.generic]) -> None:
     """Copies (n,) to (n,), for kernels: ``target[:] = source`` copies value by value there and takes ten times as long.
 

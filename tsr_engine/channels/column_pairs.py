@@ -10,11 +10,12 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numba import njit
+from numpy.typing import NDArray
 
 from tsr_engine.channels.compute import FASTMATH_FLAGS, gradient_orientations, luv
+from tsr_engine.kernels import kernel
 
-__all__ = ["MARGIN_CELLS", "SPAN", "STRIP_CELLS", "compute_cell_row", "make_buffers"]
+__all__ = ["MARGIN_CELLS", "SPAN", "STRIP_CELLS", "begin_strip", "compute_cell_row", "make_buffers"]
 
 STRIP_CELLS: Final = 304
 """Largest number of cells of a strip."""
@@ -32,7 +33,7 @@ _O1: Final = 4 * SPAN
 _O2: Final = 5 * SPAN
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def _luv_row(blue, green, red, row):  # type: ignore[no-untyped-def]
     """Converts three uint8 rows (w,) to a row, borders replicated."""
     w = blue.shape[0]
@@ -48,7 +49,7 @@ def _luv_row(blue, green, red, row):  # type: ignore[no-untyped-def]
         row[n], row[_E1 + n], row[_E2 + n] = luv(blue[w - 1], green[w - 1], red[w - 1])
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def _smooth_row(above, here, below, w, column, out):  # type: ignore[no-untyped-def]
     """Smooths rows of w px by [1 2 1]/4 along both axes, borders replicated; ``column`` is working memory."""
     n = w // 2
@@ -64,7 +65,7 @@ def _smooth_row(above, here, below, w, column, out):  # type: ignore[no-untyped-
         out[even + n] = column[odd + n] + np.float32(3.0) * column[even + n] if w % 2 else out[odd + n]
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def _gradient_cells(r0, r1, r2, r3, n, out):  # type: ignore[no-untyped-def]
     """Sums of magnitude and orientations over n cells, whose pixels lie in the smoothed rows r1 and r2."""
     half = np.float32(0.125)  # the differences span two pixels
@@ -98,7 +99,7 @@ def _gradient_cells(r0, r1, r2, r3, n, out):  # type: ignore[no-untyped-def]
         out[9 * SPAN + k] = ((a[6] + b[6]) + (c[6] + d[6])) * half
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def _colour_cells(r1, r2, n, out):  # type: ignore[no-untyped-def]
     """Means of the smoothed colours over n cells."""
     for c in range(3):
@@ -107,21 +108,24 @@ def _colour_cells(r1, r2, n, out):  # type: ignore[no-untyped-def]
             out[even + k] = ((r1[even + k] + r2[even + k]) + (r1[odd + k] + r2[odd + k])) * np.float32(0.25)
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
-def make_buffers(blue, green, red, left, right):  # type: ignore[no-untyped-def]
-    """Row buffers for :func:`compute_cell_row`: three rows of LUV, four of smoothed LUV, a scratch row."""
+def make_buffers() -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """Working memory for a strip: three rows of LUV, four of smoothed LUV, a scratch row."""
+    return np.empty((3, 6 * SPAN), np.float32), np.empty((4, 6 * SPAN), np.float32), np.empty(6 * SPAN, np.float32)
+
+
+@kernel(fastmath=FASTMATH_FLAGS)
+def begin_strip(blue, green, red, left, right, buffers):  # type: ignore[no-untyped-def]
+    """Fills the rows of the buffers that :func:`compute_cell_row` needs for the first row of cells."""
+    raw, smooth, column = buffers
     h, w = blue.shape[0], right - left
-    raw, smooth = np.empty((3, 6 * SPAN), np.float32), np.empty((4, 6 * SPAN), np.float32)
-    column = np.empty(6 * SPAN, np.float32)
     for y in range(min(2, h)):
         _luv_row(blue[y, left:right], green[y, left:right], red[y, left:right], raw[y])
     _smooth_row(raw[0], raw[0], raw[min(1, h - 1)], w, column, smooth[0])
-    return raw, smooth, column
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def compute_cell_row(blue, green, red, left, right, row, buffers, cells):  # type: ignore[no-untyped-def]
-    """One row of cells of planes (h, w); call it row by row, in order.
+    """One row of cells of planes (h, w); call it row by row, in order, after :func:`begin_strip`.
 
     The cells are those of the pixels from ``left`` to ``right``, at most ``2 * (STRIP + 2 * MARGIN) + 1``. Those of
     channel c begin at ``c * SPAN`` of ``cells``.

@@ -24,6 +24,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tsr_engine.kernels import kernel
 from tsr_engine.records import Picture
 
 CHANNELS: Final = 10
@@ -45,7 +46,7 @@ _Q0, _Q1, _Q2, _Q3, _Q4 = (
 )
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def luv(blue, green, red):  # type: ignore[no-untyped-def]
     """L, U and V of one pixel, from bytes."""
     unit = np.float32(1.0 / 255.0)
@@ -90,7 +91,7 @@ def _smooth_row(above, here, below, column, out):  # type: ignore[no-untyped-def
     out[n - 1] = out[n - 2]
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def gradient_orientations(gx, gy, gx1, gy1, gx2, gy2):  # type: ignore[no-untyped-def]
     """Magnitude of the strongest of three gradients, and its six orientations."""
     zero = np.float32(0.0)

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.channels.smooth import replicate
+from tsr_engine.kernels import kernel
 
 MAX_INTERLEAVED = 4
 """Largest number of interleaved channels."""
@@ -40,7 +40,7 @@ def interleave(cells: NDArray[np.uint8], border: int = 0, scratch: Scratch | Non
     return interleaved
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def deinterleave(packed, planes, border):  # type: ignore[no-untyped-def]
     """Separates interleaved channels into planes and replicates ``border`` cells on each side.
 
@@ -73,13 +73,13 @@ def deinterleave(packed, planes, border):  # type: ignore[no-untyped-def]
 
 
 # With a fixed number of channels, the compiler turns these loops into vector shuffles.
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _four(row, a, b, c, d):  # type: ignore[no-untyped-def]
     for x in range(a.shape[0]):
         a[x], b[x], c[x], d[x] = row[4 * x], row[4 * x + 1], row[4 * x + 2], row[4 * x + 3]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _two(row, a, b):  # type: ignore[no-untyped-def]
     for x in range(a.shape[0]):
         a[x], b[x] = row[2 * x], row[2 * x + 1]

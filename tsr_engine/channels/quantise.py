@@ -11,10 +11,16 @@ from typing import Final
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from tsr_engine.channels.column_pairs import MARGIN_CELLS, SPAN, STRIP_CELLS, compute_cell_row, make_buffers
+from tsr_engine.channels.column_pairs import (
+    MARGIN_CELLS,
+    SPAN,
+    STRIP_CELLS,
+    begin_strip,
+    compute_cell_row,
+    make_buffers,
+)
 from tsr_engine.channels.compute import (
     CHANNELS,
     FASTMATH_FLAGS,
@@ -24,6 +30,7 @@ from tsr_engine.channels.compute import (
     plane_channels,
     triangle,
 )
+from tsr_engine.kernels import kernel
 from tsr_engine.records import Picture
 from tsr_engine.row_copy import copy_row
 
@@ -85,13 +92,15 @@ def plane_bytes(
         _quantise(plane_channels(planes, shrink), out, _OFFSET, _GAIN)
         return out
     taps = triangle(norm_radius(shrink))
+    cells, blurred = np.empty((len(taps), CHANNELS * SPAN), np.float32), np.empty((len(taps), SPAN), np.float32)
+    buffers = (*make_buffers(), cells, blurred, np.empty(SPAN, np.float32), np.empty(SPAN, np.float32))
     for start in range(0, out.shape[2], STRIP_CELLS):
         stop = min(start + STRIP_CELLS, out.shape[2])
-        _quantise_strip(blue, green, red, start, stop, taps, np.float32(NORM_CONST), _OFFSET, _GAIN, out)
+        _quantise_strip(blue, green, red, start, stop, taps, np.float32(NORM_CONST), _OFFSET, _GAIN, buffers, out)
     return out
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def _quantise_row(source, offset, gain, target):  # type: ignore[no-untyped-def]
     for x in range(source.shape[0]):
         value = (source[x] - offset) * gain + np.float32(0.5)
@@ -99,21 +108,21 @@ def _quantise_row(source, offset, gain, target):  # type: ignore[no-untyped-def]
         target[x] = np.uint8(np.int32(value))
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def _scaled_row(source, factor, target):  # type: ignore[no-untyped-def]
     for x in range(source.shape[0]):
         value = min(source[x] * factor[x] + np.float32(0.5), np.float32(255.0))
         target[x] = np.uint8(np.int32(value))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _quantise(channels, out, offset, gain):  # type: ignore[no-untyped-def]
     for c in range(channels.shape[0]):
         for y in range(channels.shape[1]):
             _quantise_row(channels[c, y], offset[c], gain[c], out[c, y])
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def _blur_row(source, taps, padded, target):  # type: ignore[no-untyped-def]
     """Filters a row (n,) with five taps, borders replicated; ``padded`` is working memory of (n + 4,)."""
     n = source.shape[0]
@@ -125,7 +134,7 @@ def _blur_row(source, taps, padded, target):  # type: ignore[no-untyped-def]
         target[x] = t0 * padded[x] + t1 * padded[x + 1] + t2 * padded[x + 2] + t3 * padded[x + 3] + t4 * padded[x + 4]
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
+@kernel(fastmath=FASTMATH_FLAGS)
 def _factors(r0, r1, r2, r3, r4, taps, const, gain, target):  # type: ignore[no-untyped-def]
     """``gain`` divided by the mean of five rows plus ``const``."""
     t0, t1, t2, t3, t4 = taps[0], taps[1], taps[2], taps[3], taps[4]
@@ -133,29 +142,31 @@ def _factors(r0, r1, r2, r3, r4, taps, const, gain, target):  # type: ignore[no-
         target[x] = gain / (const + t0 * r0[x] + t1 * r1[x] + t2 * r2[x] + t3 * r3[x] + t4 * r4[x])
 
 
-@njit(cache=True, nogil=True, fastmath=FASTMATH_FLAGS, error_model="numpy")
-def _quantise_strip(blue, green, red, start, stop, taps, const, offset, gain, out):  # type: ignore[no-untyped-def]
+@kernel(fastmath=FASTMATH_FLAGS)
+def _quantise_strip(  # type: ignore[no-untyped-def]
+    blue, green, red, start, stop, taps, const, offset, gain, buffers, out
+):
     """Columns ``start`` to ``stop`` of the cells, from columns with a margin on each side."""
+    raw, smooth, column, cells, blurred, padded, factor = buffers
     ch, cw = out.shape[1:]
     size, radius = taps.shape[0], taps.shape[0] // 2
     first, last = max(start - MARGIN_CELLS, 0), min(stop + MARGIN_CELLS, cw)
     left, right = 2 * first, blue.shape[1] if last == cw else 2 * last
-    rows = make_buffers(blue, green, red, left, right)
-    cells = np.empty((size, CHANNELS * SPAN), np.float32)
-    blurred = np.empty((size, last - first), np.float32)
-    padded = np.empty(last - first + 2 * radius, np.float32)
-    factor = np.empty(last - first, np.float32)
+    rows = raw, smooth, column
+    begin_strip(blue, green, red, left, right, rows)
+    n = last - first
     for y in range(ch + radius):
         if y < ch:
             cell_row = cells[y % size]
             compute_cell_row(blue, green, red, left, right, y, rows, cell_row)
-            _blur_row(cell_row[3 * SPAN : 3 * SPAN + last - first], taps, padded, blurred[y % size])
+            _blur_row(cell_row[3 * SPAN : 3 * SPAN + n], taps, padded, blurred[y % size])
         done = y - radius
         if done < 0:
             continue
         _factors(
             blurred[max(done - 2, 0) % size], blurred[max(done - 1, 0) % size], blurred[done % size],
-            blurred[min(done + 1, ch - 1) % size], blurred[min(done + 2, ch - 1) % size], taps, const, gain[3], factor,
+            blurred[min(done + 1, ch - 1) % size], blurred[min(done + 2, ch - 1) % size],
+            taps, const, gain[3], factor[:n],
         )  # fmt: skip
         for c in range(CHANNELS):
             row = cells[done % size, c * SPAN + start - first : c * SPAN + stop - first]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tsr_engine.kernels import kernel
 from tsr_engine.row_copy import copy_row
 
 
@@ -23,11 +23,11 @@ def smooth(cells: NDArray[np.uint8], border: int = 0, out: NDArray[np.uint8] | N
     channels, h, w = cells.shape
     if out is None:
         out = np.empty((channels, h + 2 * border, w + 2 * border), np.uint8)
-    _smooth(cells, border, out)
+    _smooth(cells, border, np.empty(w + 2, np.uint16), out)
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def replicate(cells, border):  # type: ignore[no-untyped-def]
     """Fills ``border`` cells on each side of (channels, rows, columns) with the nearest inner cell, in place."""
     channels, rows, columns = cells.shape
@@ -42,14 +42,14 @@ def replicate(cells, border):  # type: ignore[no-untyped-def]
             copy_row(cells[c, rows - 1 - border], cells[c, rows - 1 - y])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _smooth_down(above, here, below, out):  # type: ignore[no-untyped-def]
     """Adds three rows (w,) of bytes with weights [1 2 1], to sums of at most 1020."""
     for x in range(out.shape[0]):
         out[x] = np.uint16(above[x]) + np.uint16(2) * np.uint16(here[x]) + np.uint16(below[x])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _smooth_across(padded, out):  # type: ignore[no-untyped-def]
     """Filters a row of sums (w + 2,) by [1 2 1]/16, to bytes (w,)."""
     left, here, right = padded[:-2], padded[1:-1], padded[2:]
@@ -58,10 +58,9 @@ def _smooth_across(padded, out):  # type: ignore[no-untyped-def]
         out[x] = np.uint16(left[x] + np.uint16(2) * here[x] + right[x] + np.uint16(8)) >> np.uint16(4)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _smooth(cells, border, out):  # type: ignore[no-untyped-def]
+@kernel()
+def _smooth(cells, border, sums, out):  # type: ignore[no-untyped-def]
     channels, h, w = cells.shape
-    sums = np.empty(w + 2, np.uint16)
     for c in range(channels):
         for y in range(h):
             _smooth_down(cells[c, max(y - 1, 0)], cells[c, y], cells[c, min(y + 1, h - 1)], sums[1 : w + 1])

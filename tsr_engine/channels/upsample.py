@@ -8,9 +8,9 @@ interpolation in whole numbers, and means over areas.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tsr_engine.kernels import kernel
 from tsr_engine.row_copy import copy_row
 
 __all__ = ["is_three_halves", "upsample"]
@@ -25,7 +25,7 @@ def is_three_halves(source: NDArray[np.uint8], size: tuple[int, int]) -> bool:
     return min(height, width) > 0 and (2 * size[0], 2 * size[1]) == (3 * width, 3 * height)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _upsample_row(left, first_pixel, second_pixel, right, out):  # type: ignore[no-untyped-def]
     """Enlarges a row (w,) to (3 w / 2,), in 1/128: two pixels and their neighbours give three new ones."""
     for k in range(out.shape[0] // 3):
@@ -39,7 +39,7 @@ def _upsample_row(left, first_pixel, second_pixel, right, out):  # type: ignore[
         out[3 * k + 2] = np.uint16(third >> np.uint32(4))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _blend_rows(upper, lower, first, second, out):  # type: ignore[no-untyped-def]
     """Combines two rows in 1/128, with their weights in 1/2048, to a row of bytes."""
     # 16-bit weights let the compiler use 16-bit products; otherwise it uses 32 bits.
@@ -50,7 +50,7 @@ def _blend_rows(upper, lower, first, second, out):  # type: ignore[no-untyped-de
         out[x] = np.uint8(np.uint16(np.uint16(a + b) + np.uint16(2)) >> np.uint16(2))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _halve_rows(upper, lower, out):  # type: ignore[no-untyped-def]
     """Means of 2 x 2 bytes of two rows, halves rounded up."""
     for x in range(out.shape[0]):
@@ -59,8 +59,7 @@ def _halve_rows(upper, lower, out):  # type: ignore[no-untyped-def]
         out[x] = np.uint8(np.uint16(np.uint16(first + second) + np.uint16(2)) >> np.uint16(2))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def upsample(source, target, halved):  # type: ignore[no-untyped-def]
+def upsample(source: NDArray[np.uint8], target: NDArray[np.uint8], halved: NDArray[np.uint8]) -> None:
     """Enlarges planes and halves the result while its rows are in the first-level cache.
 
     Args:
@@ -68,9 +67,13 @@ def upsample(source, target, halved):  # type: ignore[no-untyped-def]
         target: planes (n, 3 h / 2, 3 w / 2), uint8; receives the result.
         halved: planes (n, 3 h / 4, 3 w / 4), rounded down, uint8; receives the means of 2 x 2 px of the result.
     """
+    width = source.shape[2]
+    _upsample(source, target, halved, np.empty(width + 2, np.uint8), np.empty((2, 3 * width // 2), np.uint16))
+
+
+@kernel()
+def _upsample(source, target, halved, padded, rows):  # type: ignore[no-untyped-def]
     planes, h, w = source.shape
-    padded = np.empty(w + 2, np.uint8)
-    rows = np.empty((2, 3 * w // 2), np.uint16)
     for c in range(planes):
         halved_rows = 0
         for y in range(h):

@@ -16,6 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from tsr_engine.detection.trees import TreeEnsemble
+from tsr_engine.kernels import kernel
 
 BAND_ROWS: Final = 32
 """Rows that are processed together: enough to keep the processor busy, few enough to stay in its cache."""
@@ -95,7 +96,7 @@ def scan_level(
     return y[:found], x[:found], score[:found]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _add_tree(f0, f1, f2, f3, f4, f5, f6, t, v, acc):  # type: ignore[no-untyped-def]
     """Adds one tree of depth 3, with thresholds ``t`` and leaves ``v``, to the sums of a row of windows."""
     t0, t1, t2, t3, t4, t5, t6 = t[0], t[1], t[2], t[3], t[4], t[5], t[6]
@@ -110,7 +111,7 @@ def _add_tree(f0, f1, f2, f3, f4, f5, f6, t, v, acc):  # type: ignore[no-untyped
         acc[x] += c if f0[x] >= t0 else a
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _max_of(totals):  # type: ignore[no-untyped-def]
     best = totals[0]
     for x in range(totals.shape[0]):
@@ -118,7 +119,7 @@ def _max_of(totals):  # type: ignore[no-untyped-def]
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _leaf(flat, position, o, v):  # type: ignore[no-untyped-def]
     """Number of the leaf that the window at ``at`` reaches in a tree with offsets ``o`` and thresholds ``v``."""
     k = np.uint32(2) if flat[position + o[0]] >= v[0] else np.uint32(1)
@@ -127,7 +128,7 @@ def _leaf(flat, position, o, v):  # type: ignore[no-untyped-def]
     return k - np.uint32(7)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _next_tree(flat, o, v, leaf, threshold, positions, totals, count):  # type: ignore[no-untyped-def]
     """Adds one tree to the sums of the surviving windows, moves the survivors to the front, and returns their number.
 
@@ -143,7 +144,7 @@ def _next_tree(flat, o, v, leaf, threshold, positions, totals, count):  # type: 
     return survivors
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel()
 def _other_trees(flat, offsets, thresholds, leaves, rejection, positions, totals, count):  # type: ignore[no-untyped-def]
     """Adds all given trees to the sums, window by window, moves the survivors to the front, and returns their number.
 
@@ -163,45 +164,53 @@ def _other_trees(flat, offsets, thresholds, leaves, rejection, positions, totals
     return survivors
 
 
+@kernel()
+def _scan_band(  # type: ignore[no-untyped-def]
+    flat, columns, nx, top, rows, offsets, thresholds, leaves, rejection, dense, acc, positions, totals
+):
+    """Fills positions and totals with the windows of some rows that pass the cascade, and returns their number."""
+    # Rows lie one after another in memory, so a band is one long row; its last columns of each row are not windows.
+    base = top * columns
+    end = base + (rows - 1) * columns + nx
+    sums = acc[: end - base]
+    sums[:] = 0
+    for t in range(dense):
+        o = offsets[t]
+        _add_tree(
+            flat[base + o[0] : end + o[0]], flat[base + o[1] : end + o[1]], flat[base + o[2] : end + o[2]],
+            flat[base + o[3] : end + o[3]], flat[base + o[4] : end + o[4]], flat[base + o[5] : end + o[5]],
+            flat[base + o[6] : end + o[6]], thresholds[t], leaves[t], sums,
+        )  # fmt: skip
+    count, limit = 0, rejection[dense - 1]
+    for row in range(rows):
+        for start in range(row * columns, row * columns + nx, BLOCK_WINDOWS):
+            block = sums[start : min(start + BLOCK_WINDOWS, row * columns + nx)]
+            if _max_of(block) < limit:
+                continue
+            for x in range(block.shape[0]):
+                positions[count] = np.uint32(base + start + x)
+                totals[count] = block[x]
+                count += 1 if block[x] >= limit else 0
+    t = dense
+    while t < offsets.shape[0] and count > MAX_SINGLE_WINDOWS:
+        count = _next_tree(flat, offsets[t], thresholds[t], leaves[t], rejection[t], positions, totals, count)
+        t += 1
+    return _other_trees(flat, offsets[t:], thresholds[t:], leaves[t:], rejection[t:], positions, totals, count)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def _scan(flat, columns, ny, nx, offsets, thresholds, leaves, rejection, dense):  # type: ignore[no-untyped-def]
-    trees = offsets.shape[0]
-    # Rows lie one after another in memory, so a band is one long row; its last columns of each row are not windows.
     acc = np.empty(BAND_ROWS * columns, np.int16)
     positions = np.empty(BAND_ROWS * nx, np.uint32)
     totals = np.empty(BAND_ROWS * nx, np.int32)
     size = 1024
     out_y, out_x, out_s = np.empty(size, np.int32), np.empty(size, np.int32), np.empty(size, np.int32)
     found = 0
-    limit = rejection[dense - 1]
     for top in range(0, ny, BAND_ROWS):
         rows = min(BAND_ROWS, ny - top)
-        base = top * columns
-        end = base + (rows - 1) * columns + nx
-        sums = acc[: end - base]
-        sums[:] = 0
-        for t in range(dense):
-            o = offsets[t]
-            _add_tree(
-                flat[base + o[0] : end + o[0]], flat[base + o[1] : end + o[1]], flat[base + o[2] : end + o[2]],
-                flat[base + o[3] : end + o[3]], flat[base + o[4] : end + o[4]], flat[base + o[5] : end + o[5]],
-                flat[base + o[6] : end + o[6]], thresholds[t], leaves[t], sums,
-            )  # fmt: skip
-        count = 0
-        for row in range(rows):
-            for start in range(row * columns, row * columns + nx, BLOCK_WINDOWS):
-                block = sums[start : min(start + BLOCK_WINDOWS, row * columns + nx)]
-                if _max_of(block) < limit:
-                    continue
-                for x in range(block.shape[0]):
-                    positions[count] = np.uint32(base + start + x)
-                    totals[count] = block[x]
-                    count += 1 if block[x] >= limit else 0
-        t = dense
-        while t < trees and count > MAX_SINGLE_WINDOWS:
-            count = _next_tree(flat, offsets[t], thresholds[t], leaves[t], rejection[t], positions, totals, count)
-            t += 1
-        count = _other_trees(flat, offsets[t:], thresholds[t:], leaves[t:], rejection[t:], positions, totals, count)
+        count = _scan_band(
+            flat, columns, nx, top, rows, offsets, thresholds, leaves, rejection, dense, acc, positions, totals
+        )
         while found + count > size:
             size *= 2
             out_y, out_x, out_s = _extended(out_y, size), _extended(out_x, size), _extended(out_s, size)
