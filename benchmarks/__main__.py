@@ -93,10 +93,10 @@ def _run(experiments: Sequence[Experiment], data: Data, beside: bool) -> None:
         except (Skip, InputError) as why:  # an old figure never replaces one that could not be measured
             result = Result(experiment.name, skipped=str(why), machine=machine())
         sys.stderr.write(f"{result.skipped or 'done'} ({time.monotonic() - began:.0f} s)\n")
-        if beside and stored is not None and experiment.headline is not None:
-            result = stored.beside(result, experiment.headline)
-        elif experiment.headline is not None:
-            result = result.beside(stored, experiment.headline)
+        if experiment.headline is not None:
+            kept = stored if beside else None
+            headline = experiment.headline
+            result = result.beside(stored, headline) if kept is None else kept.beside(result, headline)
         result.save(RESULTS)
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks.experiment import table
+from benchmarks.experiment import Result, table
 from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["ROWS", "Row", "summary"]
@@ -48,10 +47,10 @@ def summary(results: Path) -> str:
     """
     figures, elsewhere = {}, {}
     for path in sorted(results.glob("*.json")):
-        result = json.loads(path.read_text(encoding="utf-8"))
-        if not result["skipped"]:
-            figures[result["name"]] = result["figures"]
-            elsewhere[result["name"]] = result.get("elsewhere", {})  # older results have none
+        result = Result.load(path)
+        if not result.skipped:
+            figures[result.name] = result.figures
+            elsewhere[result.name] = result.elsewhere
     rows = [_cells(row, figures, elsewhere) for row in ROWS if all(name in figures for name in row.needs)]
     if not rows:
         return ""

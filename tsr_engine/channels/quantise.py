@@ -93,7 +93,7 @@ def plane_bytes(
         return out
     taps = triangle(norm_radius(shrink))
     cells, blurred = np.empty((len(taps), CHANNELS * SPAN), np.float32), np.empty((len(taps), SPAN), np.float32)
-    buffers = (*make_buffers(), cells, blurred, np.empty(SPAN, np.float32), np.empty(SPAN, np.float32))
+    buffers = (make_buffers(), cells, blurred, np.empty(SPAN, np.float32), np.empty(SPAN, np.float32))
     for start in range(0, out.shape[2], STRIP_CELLS):
         stop = min(start + STRIP_CELLS, out.shape[2])
         _quantise_strip(blue, green, red, start, stop, taps, np.float32(NORM_CONST), _OFFSET, _GAIN, buffers, out)
@@ -124,7 +124,7 @@ def _quantise(channels, out, offset, gain):  # type: ignore[no-untyped-def]
 
 @kernel(fastmath=FASTMATH_FLAGS)
 def _blur_row(source, taps, padded, target):  # type: ignore[no-untyped-def]
-    """Filters a row (n,) with five taps, borders replicated; ``padded`` is working memory of (n + 4,)."""
+    """Filters a row (n,) with five taps, borders replicated; ``padded`` is working memory of at least (n + 4,)."""
     n = source.shape[0]
     copy_row(source, padded[2 : n + 2])
     padded[0] = padded[1] = source[0]
@@ -147,12 +147,11 @@ def _quantise_strip(  # type: ignore[no-untyped-def]
     blue, green, red, start, stop, taps, const, offset, gain, buffers, out
 ):
     """Columns ``start`` to ``stop`` of the cells, from columns with a margin on each side."""
-    raw, smooth, column, cells, blurred, padded, factor = buffers
+    rows, cells, blurred, padded, factor = buffers
     ch, cw = out.shape[1:]
     size, radius = taps.shape[0], taps.shape[0] // 2
     first, last = max(start - MARGIN_CELLS, 0), min(stop + MARGIN_CELLS, cw)
     left, right = 2 * first, blue.shape[1] if last == cw else 2 * last
-    rows = raw, smooth, column
     begin_strip(blue, green, red, left, right, rows)
     n = last - first
     for y in range(ch + radius):
