@@ -107,7 +107,7 @@ sample: $(VENV)/.installed ## render a new sample drive with exact truth into ./
 
 bench-speed: $(VENV)/.installed ## time the engine by stage; GTSDB=folder adds the detector on its scenes
 	$(BIN)/tsr track "$$($(BIN)/python -c 'from sample_videos import SHIPPED; print(SHIPPED[0].video)')" --timing
-	$(if $(GTSDB),$(BIN)/python -m benchmarks.detection_speed --gtsdb $(GTSDB))
+	$(if $(GTSDB),$(BIN)/python -m benchmarks.timing.detection --gtsdb $(GTSDB))
 
 bench: $(VENV)/.installed ## benchmarks/REPORT.md anew; GTSDB=, GTSRB=, CLIPS=, LOOMING=, TUNING=, BOARDS= name the data, ONLY= some experiments
 	$(BIN)/python -m benchmarks $(ONLY) $(if $(GTSDB),--gtsdb $(GTSDB)) $(if $(GTSRB),--gtsrb $(GTSRB)) \

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine
 from benchmarks.experiments import EXPERIMENTS
-from benchmarks.report import write_report
+from benchmarks.reporting.report import write_report
 from tsr_engine.errors import InputError, TsrError, UsageError
 
 RESULTS = ROOT / "results"

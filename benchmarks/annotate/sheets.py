@@ -8,7 +8,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from benchmarks.contact_sheet import cut_square
+from benchmarks.reporting.contact_sheet import cut_square
 from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["cut", "scene_rows", "sheet"]

@@ -9,10 +9,10 @@ import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
 from benchmarks.experiments.ablation_rows import DEPARTURES, IN_QUESTION, ON_CLIPS, configurations
-from benchmarks.experiments.against_paper import number
-from benchmarks.experiments.clips import clip_groups, read_clips
-from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, EACH_TUNED, LoomingClips, read_looming
-from benchmarks.experiments.tracked_clips import Scored, score
+from benchmarks.reporting.against_paper import number
+from benchmarks.videos.approaches import EACH_OF_A_ROW, EACH_TUNED, LoomingClips, read_looming
+from benchmarks.videos.clips import clip_groups, read_clips
+from benchmarks.videos.tracked_clips import Scored, score
 from tsr_engine.evaluation.tracking import VideoReport, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 

@@ -7,45 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments import paper_figures as paper
-from benchmarks.experiments.against_paper import number, share, shortfalls, sign_notes, tables
-from benchmarks.experiments.online_changes import online_changes
-from benchmarks.experiments.tracked_clips import CONFIGURATIONS, score
-from benchmarks.plotting import saved_figure
-from tsr_engine.evaluation.track_tables import read_clip_truth
+from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.reporting import paper_figures as paper
+from benchmarks.reporting.against_paper import number, share, shortfalls, sign_notes, tables
+from benchmarks.reporting.online_changes import online_changes
+from benchmarks.reporting.plotting import saved_figure
+from benchmarks.videos.clips import clip_groups, read_clips
+from benchmarks.videos.tracked_clips import CONFIGURATIONS, score
 from tsr_engine.evaluation.tracking import changed_errors, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
-from tsr_engine.track_table import TrackTable
 
-__all__ = ["CHOSEN_ON", "EXPERIMENT", "clip_groups", "read_clips"]
+__all__ = ["EXPERIMENT"]
 
 SAME_PLACE = "02 and 03 show the same place: two signs occur in both and count twice. "
-CHOSEN_ON = ("01_076852", "SH4_70b651", "SK3_38cde7")
-"""Clips that parameters were chosen on; the others are held out."""
-
-
-def read_clips(folder: Path) -> dict[str, tuple[Path, TrackTable]]:
-    """Annotated clips of a folder by name, each with its ground truth.
-
-    Raises:
-        Skip: there are no clips.
-    """
-    found = {
-        path.stem: (folder / f"{path.stem}.mp4", read_clip_truth(path))
-        for path in sorted((folder / "gt").glob("*.csv"))
-        if (folder / f"{path.stem}.mp4").is_file()
-    }
-    if not found:
-        raise Skip("the folder `clips` holds no annotated clip.")
-    return found
-
-
-def clip_groups(names: list[str]) -> dict[str, list[str]]:
-    """The held-out clips, and those that parameters were chosen on; an empty group is left out."""
-    groups = {"held out": [n for n in names if n not in CHOSEN_ON], "chosen on": [n for n in names if n in CHOSEN_ON]}
-    return {group: members for group, members in groups.items() if members}
 
 
 def _run(data: Data) -> Result:

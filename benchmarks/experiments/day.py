@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.clips import read_clips
 from benchmarks.review.browser_session import READY, BrowserSession, open_browser_session
 from benchmarks.review.faulty_runs import KINDS, ROUNDS, make_faulty_run
 from benchmarks.review.simulated_annotator import SimulatedAnnotator, Work
+from benchmarks.videos.clips import read_clips
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.track_table import TrackTable
 

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.held_out_scenes import ACF_IS, Found, held_out
-from benchmarks.plotting import draw_precision_recall
+from benchmarks.reporting.plotting import draw_precision_recall
 from benchmarks.systems.curves import plain
+from benchmarks.systems.held_out_scenes import ACF_IS, Found, held_out
 from benchmarks.timing.contenders import SIGNS
 from tsr_engine.detection.onnx import OnnxDetector
 from tsr_engine.evaluation.detection import DetectionScore, score_detections

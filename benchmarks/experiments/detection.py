@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.cache import Cache, file_digest
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.held_out_scenes import ACF_IS, Found, held_out
-from benchmarks.peers.cache import Cache, file_digest
-from benchmarks.plotting import draw_precision_recall
+from benchmarks.reporting.plotting import draw_precision_recall
 from benchmarks.systems.curves import RATES, outdone, plain, recall_at
 from benchmarks.systems.detection_records import systems_code
+from benchmarks.systems.held_out_scenes import ACF_IS, Found, held_out
 from benchmarks.systems.trained_systems import SYSTEMS, trained
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.io.gtsdb import Scene

@@ -12,14 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.cache import Cache, file_digest
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.clips import clip_groups, read_clips
-from benchmarks.experiments.held_out_scenes import ACF_IS
-from benchmarks.experiments.looming_clips import EACH_OF_A_ROW, read_looming
-from benchmarks.peers.cache import Cache, file_digest
-from benchmarks.plotting import draw_precision_recall
+from benchmarks.reporting.plotting import draw_precision_recall
 from benchmarks.systems.curves import RATES, outdone, plain, recall_at
 from benchmarks.systems.detection_records import frame_from_record, frame_to_record, systems_code
+from benchmarks.systems.held_out_scenes import ACF_IS
 from benchmarks.systems.video_detections import (
     FrameDetections,
     FrameGroundTruth,
@@ -28,6 +26,8 @@ from benchmarks.systems.video_detections import (
     track_with_filter,
     without_ignored,
 )
+from benchmarks.videos.approaches import EACH_OF_A_ROW, read_looming
+from benchmarks.videos.clips import clip_groups, read_clips
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections

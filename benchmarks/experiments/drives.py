@@ -10,10 +10,10 @@ from typing import Final
 import numpy as np
 from scipy.stats import chi2
 
-from benchmarks.corrected_clips import filmed
+from benchmarks.cache import Cache, file_digest
+from benchmarks.corruptions.video import filmed
+from benchmarks.corruptions.weather import WEATHERS
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.peers.cache import Cache, file_digest
-from benchmarks.weather_effects import WEATHERS
 from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 from tsr_engine.json_shapes import JsonMapping, JsonObject
@@ -63,8 +63,8 @@ def _run(data: Data) -> Result:
     return Result(
         "drives",
         data=f"{len(drives)} drives of other people, cameras and countries, without annotation. The rows below the "
-        f"first are the first {CHANGED} frames of each, changed by `benchmarks/weather_effects.py` and re-encoded. No "
-        "value was chosen on them.",
+        f"first are the first {CHANGED} frames of each, changed by `benchmarks/corruptions/weather.py` and re-encoded. "
+        "No value was chosen on them.",
         figures=figures,
         settings={"preset": "default", "detector": components.models["detector"][:12]},
     )

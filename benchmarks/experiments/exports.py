@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.exchange_scale import FRAMES, MOST_MB, MOST_SECONDS, TRACKS, WITHOUT_PICTURES, measured
 from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.timing.exports import FRAMES, MOST_MB, MOST_SECONDS, TRACKS, WITHOUT_PICTURES, measured
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]

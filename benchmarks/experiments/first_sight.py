@@ -11,11 +11,11 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks.cache import Cache, file_digest
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.clips import clip_groups, read_clips
-from benchmarks.experiments.looming_clips import EACH, read_looming
-from benchmarks.experiments.tracked_clips import Videos
-from benchmarks.peers.cache import Cache, file_digest
+from benchmarks.videos.approaches import EACH, read_looming
+from benchmarks.videos.clips import clip_groups, read_clips
+from benchmarks.videos.tracked_clips import Videos
 from sample_videos import SHIPPED
 from tsr_engine.evaluation.track_tables import read_clip_truth, read_results
 from tsr_engine.evaluation.tracking import evaluate_video

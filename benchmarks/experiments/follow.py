@@ -11,16 +11,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from benchmarks.cache import Cache, code, digest_of, file_digest
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.experiments.clips import read_clips
-from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.figures import MAX_ACTIONS, actions, figures_of, lines_needed, mean_of
 from benchmarks.following.long_video import flat_memory
 from benchmarks.following.methods import PEERS, follow_with_engine, follow_with_peer, interpolate_linearly, legacy
 from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
-from benchmarks.peers.cache import Cache, code, digest_of, file_digest
 from benchmarks.peers.detection_gaps import Follower
 from benchmarks.peers.multi_object_trackers import Missing
+from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.clips import read_clips
 from tsr_engine.follow import FollowerModels
 from tsr_engine.follow_video import load_follower
 from tsr_engine.io.video import open_video

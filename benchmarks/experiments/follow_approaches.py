@@ -12,10 +12,10 @@ import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.follow import TUNED_BOARDS
-from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.figures import figures_of, mean_of, overlaps
 from benchmarks.following.methods import KltBox, follow_with_engine, follow_with_peer
 from benchmarks.following.visible_signs import POSITIONS, Sign, signs_of
+from benchmarks.videos.approaches import read_looming
 from tsr_engine.follow_video import load_follower
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonObject

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.cache import Cache
 from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.trackers import CHOSEN_ON, annotated, ideal, tuning_approaches
-from benchmarks.peers.cache import Cache
-from benchmarks.peers.engine_tracker import filter_alone
 from benchmarks.peers.multi_object_trackers import PEERS, Missing, rows_of, version
-from benchmarks.peers.stored_detections import DetectedVideo, detect_videos, every_nth_frame_of
 from benchmarks.peers.tuning import tune
-from benchmarks.plotting import legend_below, saved_figure
+from benchmarks.reporting.plotting import legend_below, saved_figure
+from benchmarks.videos.engine_tracker import filter_alone
+from benchmarks.videos.stored_detections import DetectedVideo, detect_videos, every_nth_frame_of
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.cache import code
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.peers.cache import code
-from benchmarks.plotting import saved_figure
+from benchmarks.reporting.plotting import saved_figure
 from tsr_engine.evaluation.fusion import MODES, Mode, TrackVotes, evaluate_fusion, track_votes
 from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items, read_picture
 from tsr_engine.io.models import load_component, save_component

@@ -11,11 +11,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from benchmarks.cache import Cache
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.against_paper import number
-from benchmarks.experiments.tracked_clips import CONFIGURATIONS, PAPER_KF
 from benchmarks.experiments.trackers import annotated
-from benchmarks.peers.cache import Cache
 from benchmarks.peers.detection_gaps import (
     LEAD_IN,
     LENGTHS,
@@ -27,11 +25,13 @@ from benchmarks.peers.detection_gaps import (
     our_outcomes,
     summary,
 )
-from benchmarks.peers.engine_tracker import identity
 from benchmarks.peers.multi_object_trackers import Missing
 from benchmarks.peers.opencv_trackers import GENERIC, maker
-from benchmarks.peers.stored_detections import DetectedVideo, detect_videos, pictures
-from benchmarks.plotting import legend_below, saved_figure
+from benchmarks.reporting.against_paper import number
+from benchmarks.reporting.plotting import legend_below, saved_figure
+from benchmarks.videos.engine_tracker import identity
+from benchmarks.videos.stored_detections import DetectedVideo, detect_videos, pictures
+from benchmarks.videos.tracked_clips import CONFIGURATIONS, PAPER_KF
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_opencv_thread

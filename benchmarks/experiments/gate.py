@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, Skip
-from benchmarks.experiments.clips import clip_groups
-from benchmarks.plotting import saved_figure
+from benchmarks.reporting.plotting import saved_figure
+from benchmarks.videos.clips import clip_groups
 from tsr_engine.evaluation.gate import Trial, collection_curve, gate_trials
 from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.io.video import open_video

@@ -9,9 +9,9 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from benchmarks.contact_sheet import Cell, write_sheet
 from benchmarks.experiment import ROOT, Data, Experiment, Result, table
-from benchmarks.experiments.held_out_scenes import held_out
+from benchmarks.reporting.contact_sheet import Cell, write_sheet
+from benchmarks.systems.held_out_scenes import held_out
 from tsr_engine.evaluation.detection import match, score_detections
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene

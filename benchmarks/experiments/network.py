@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks.classifiers.networks import trained_on
 from benchmarks.experiment import Data, Experiment, Result, table
 from benchmarks.experiments.fusion import FOLDS, crop_time
-from benchmarks.networks import trained_on
 from tsr_engine.evaluation.fusion import evaluate_fusion, track_votes
 from tsr_engine.io.gtsrb import folds_by_track, read_items
 from tsr_engine.params import Params

@@ -10,18 +10,18 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks.cache import Cache, file_digest
+from benchmarks.corruptions.detections import MEAN_MISSED_RUN, Degradation, bisect_increasing, degrade
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments import paper_figures as paper
 from benchmarks.experiments.ablations import paired
-from benchmarks.experiments.against_paper import number
 from benchmarks.experiments.gate import TAU
-from benchmarks.experiments.looming_clips import LoomingClips, read_looming
-from benchmarks.experiments.result_cache import ResultCache
-from benchmarks.experiments.tracked_clips import CONFIGURATIONS, PAPER_KF, reports_of
-from benchmarks.peers.cache import Cache, file_digest
-from benchmarks.peers.degraded_detections import MEAN_MISSED_RUN, Degradation, bisect_increasing, degrade
-from benchmarks.peers.engine_tracker import filter_alone
-from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos
+from benchmarks.reporting import paper_figures as paper
+from benchmarks.reporting.against_paper import number
+from benchmarks.videos.approaches import LoomingClips, read_looming
+from benchmarks.videos.engine_tracker import filter_alone
+from benchmarks.videos.report_cache import ResultCache
+from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
+from benchmarks.videos.tracked_clips import CONFIGURATIONS, PAPER_KF, reports_of
 from tsr_engine.evaluation.gate import Candidates, Trial, collection_curve, gate_trials
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
 from tsr_engine.io.video import open_video

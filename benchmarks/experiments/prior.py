@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result
-from benchmarks.plotting import saved_figure
+from benchmarks.reporting.plotting import saved_figure
 from tsr_engine.detection.prior import GRID, parzen
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.pictures import read_picture

@@ -11,10 +11,10 @@ from typing import Final, get_args
 import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.other_shapes import read_boxes
 from benchmarks.timing.alternating import pipeline_beside
 from benchmarks.timing.looped_video import base_clip
+from benchmarks.videos.clips import read_clips
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.models import load_component
 from tsr_engine.io.pictures import read_picture

@@ -11,12 +11,12 @@ import cv2
 import numpy as np
 
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.experiments.clips import clip_groups, read_clips
 from benchmarks.experiments.first_sight import first_matches
-from benchmarks.experiments.looming_clips import EACH, read_looming
-from benchmarks.experiments.result_cache import ResultCache
-from benchmarks.experiments.tracked_clips import Videos
 from benchmarks.timing.looped_video import RATE, SIZE, base_clip
+from benchmarks.videos.approaches import EACH, read_looming
+from benchmarks.videos.clips import clip_groups, read_clips
+from benchmarks.videos.report_cache import ResultCache
+from benchmarks.videos.tracked_clips import Videos
 from sample_videos import SHIPPED
 from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.recording_time import FRAMES, HEIGHT, KINDS, MOST_MB, MOST_SECONDS, WIDTH, measure
+from benchmarks.timing.recordings import FRAMES, HEIGHT, KINDS, MOST_MB, MOST_SECONDS, WIDTH, measure
 
 __all__ = ["EXPERIMENT"]
 

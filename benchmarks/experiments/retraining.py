@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.corrected_clips import corrected, dimmed
+from benchmarks.corruptions.video import corrected, dimmed
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.clips import clip_groups, read_clips
+from benchmarks.videos.clips import clip_groups, read_clips
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.evaluation.track_tables import read_results

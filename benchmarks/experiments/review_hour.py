@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.plotting import saved_figure
+from benchmarks.reporting.plotting import saved_figure
 from benchmarks.review.browser_session import open_browser_session
 from benchmarks.review.long_drive import measure_long_play
 

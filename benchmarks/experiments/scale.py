@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from benchmarks.experiment import ROOT, Data, Experiment, Result, table
-from benchmarks.plotting import saved_figure
+from benchmarks.reporting.plotting import saved_figure
 from benchmarks.timing.growth import exponent, picture_cost, sign_cost, sign_faces
 from benchmarks.timing.long_run import DETECTION_PERIOD, NOTES
 from benchmarks.timing.looped_video import RATE, SIZE, base_clip, cut_out, looped

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from app.storage.database import Database
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.search_scale import MAX_MS, TRACKS_OF_DRIVE, fill, measured, pages, size_mb
+from benchmarks.timing.search import MAX_MS, TRACKS_OF_DRIVE, fill, measured, pages, size_mb
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]

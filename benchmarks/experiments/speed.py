@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.detection_speed import TURNS, shrunk_scenes, stages
 from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.timing.detection import TURNS, shrunk_scenes, stages
 
 __all__ = ["EXPERIMENT"]
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.experiment import ROOT, Data, Experiment, Result, table
-from benchmarks.experiments import paper_figures as paper
-from benchmarks.experiments.against_paper import number, share, shortfalls, sign_notes, tables
-from benchmarks.experiments.error_sheet import draw_error_sheet
-from benchmarks.experiments.looming_clips import EACH, read_looming
-from benchmarks.experiments.online_changes import online_changes
-from benchmarks.experiments.tracked_clips import CONFIGURATIONS, PAPER_KF, score
-from benchmarks.plotting import saved_figure
+from benchmarks.reporting import paper_figures as paper
+from benchmarks.reporting.against_paper import number, share, shortfalls, sign_notes, tables
+from benchmarks.reporting.error_sheet import draw_error_sheet
+from benchmarks.reporting.online_changes import online_changes
+from benchmarks.reporting.plotting import saved_figure
+from benchmarks.videos.approaches import EACH, read_looming
+from benchmarks.videos.tracked_clips import CONFIGURATIONS, PAPER_KF, score
 from tsr_engine.evaluation.tracking import changed_errors, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
+from benchmarks.cache import code
+from benchmarks.classifiers.teaching_labels import FRAMES, HIDDEN, TAUGHT_FROM, base_classifier, teach
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.peers.cache import code
-from benchmarks.teaching_labels import FRAMES, HIDDEN, TAUGHT_FROM, base_classifier, teach
 from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items
 from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.json_shapes import JsonMapping

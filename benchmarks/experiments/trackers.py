@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.cache import Cache
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.experiments.clips import clip_groups, read_clips
-from benchmarks.experiments.looming_clips import EACH, EACH_OF_A_ROW, read_looming
-from benchmarks.experiments.tracked_clips import CONFIGURATIONS
-from benchmarks.peers.cache import Cache
-from benchmarks.peers.engine_tracker import track_with_engine
 from benchmarks.peers.figures import sequence, trackeval_figures
 from benchmarks.peers.multi_object_trackers import PEERS, Missing, load, rows_of, version
-from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos
 from benchmarks.peers.tuning import tune
-from benchmarks.plotting import legend_below, saved_figure
+from benchmarks.reporting.plotting import legend_below, saved_figure
+from benchmarks.videos.approaches import EACH, EACH_OF_A_ROW, read_looming
+from benchmarks.videos.clips import clip_groups, read_clips
+from benchmarks.videos.engine_tracker import track_with_engine
+from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
+from benchmarks.videos.tracked_clips import CONFIGURATIONS
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.json_shapes import JsonMapping, JsonObject

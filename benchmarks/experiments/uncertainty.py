@@ -15,11 +15,11 @@ from sklearn.metrics import brier_score_loss, log_loss, roc_auc_score
 
 from app.evidence.tracks import TrackProperties
 from app.evidence.uncertainty import WEIGHTS, UncertaintyInput, terms
-from benchmarks.changed_tracks import CAMERAS, RUNS, JudgedRun, filmed, judged_runs
 from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.experiments.clips import read_clips
-from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.plotting import saved_figure
+from benchmarks.reporting.plotting import saved_figure
+from benchmarks.review.changed_tracks import CAMERAS, RUNS, JudgedRun, filmed, judged_runs
+from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.clips import read_clips
 from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["EXPERIMENT"]
@@ -40,7 +40,7 @@ class Judged:
         changed: shape (n,), whether a person changes the track.
         clip: clip of the track.
         run: run of the track, a name in ``RUNS``.
-        why: reason as in :class:`~benchmarks.changed_tracks.JudgedRun`.
+        why: reason as in :class:`~benchmarks.review.changed_tracks.JudgedRun`.
     """
 
     terms: NDArray[np.float64]

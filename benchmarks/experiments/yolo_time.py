@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.detection_speed import shrunk_scenes
 from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.plotting import COLOURS, saved_figure
+from benchmarks.reporting.plotting import COLOURS, saved_figure
 from benchmarks.timing.alternating import Turns, pipeline_beside, scenes_in_turn
 from benchmarks.timing.contenders import ENLARGED, EQUAL, deep_networks, runtime, yolo_networks
+from benchmarks.timing.detection import shrunk_scenes
 from benchmarks.timing.looped_video import base_clip
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params

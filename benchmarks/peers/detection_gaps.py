@@ -13,8 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
-from benchmarks.peers.engine_tracker import frame_input, start
-from benchmarks.peers.stored_detections import DetectedVideo
+from benchmarks.videos.engine_tracker import frame_input, start
+from benchmarks.videos.stored_detections import DetectedVideo
 from tsr_engine.geometry.boxes import clip, iou, non_overlap
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from benchmarks.peers.stored_detections import DetectedVideo
+from benchmarks.videos.stored_detections import DetectedVideo
 from tsr_engine.records import Detections, FloatArray
 from tsr_engine.track_table import TrackTable
 

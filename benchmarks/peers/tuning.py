@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from benchmarks.peers.cache import Cache
+from benchmarks.cache import Cache
 from benchmarks.peers.figures import sequence, trackeval_figures
 from benchmarks.peers.multi_object_trackers import PACKAGE, Peer, load, rows_of, version
-from benchmarks.peers.stored_detections import DetectedVideo
+from benchmarks.videos.stored_detections import DetectedVideo
 
 __all__ = ["Tuned", "tune"]
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from benchmarks.peers.cache import digest_of
+from benchmarks.cache import digest_of
 from benchmarks.systems.video_detections import FrameDetections
 from tsr_engine.records import Detections
 

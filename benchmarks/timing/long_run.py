@@ -25,8 +25,8 @@ from typing import Final, TextIO
 import cv2
 import numpy as np
 
-from benchmarks.memory import memory
 from benchmarks.timing.looped_video import RATE
+from benchmarks.timing.memory import memory
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, FramePixels, RunHeader, RunState, VideoIdentity
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.video import open_video, video_sha256

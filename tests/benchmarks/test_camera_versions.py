@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.camera_versions import VERSIONS, by_version, version
+from benchmarks.corruptions.cameras import VERSIONS, by_version, version
 from tests.training.toy_scenes import write_gtsdb
 from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.io.gtsdb import Scene, read_gtsdb

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.changed_tracks import judge
+from benchmarks.review.changed_tracks import judge
 from tsr_engine.track_table import TrackTable
 
 SIGN = (100.0, 100.0, 140.0, 140.0)

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.contact_sheet import Cell, cut_square, write_sheet
 from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import ablation_rows, ablations, misses, stress
-from benchmarks.experiments import paper_figures as paper
-from benchmarks.experiments.against_paper import shortfalls, sign_notes, tables
-from benchmarks.experiments.error_sheet import draw_error_sheet, largest
-from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.experiments.result_cache import ResultCache
-from benchmarks.experiments.tracked_clips import PAPER_KF, redrawn, track_together
-from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos
+from benchmarks.reporting import paper_figures as paper
+from benchmarks.reporting.against_paper import shortfalls, sign_notes, tables
+from benchmarks.reporting.contact_sheet import Cell, cut_square, write_sheet
+from benchmarks.reporting.error_sheet import draw_error_sheet, largest
+from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.report_cache import ResultCache
+from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
+from benchmarks.videos.tracked_clips import PAPER_KF, redrawn, track_together
 from tests import toy_pipeline
 from tsr_engine.evaluation.track_tables import read_results, result_table
 from tsr_engine.evaluation.tracking import SignReport, VideoReport, evaluate_video, summarise

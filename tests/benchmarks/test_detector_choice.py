@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.detector_choice import main, parts, plan_with
+from benchmarks.tuning.detector import main, parts, plan_with
 from tests.training.toy_scenes import write_gtsdb
 from tsr_engine.errors import UsageError
 from tsr_engine.io.gtsdb import read_gtsdb
@@ -74,7 +74,7 @@ def test_a_wrong_option_is_named(setting: str, reported: str) -> None:
 
 def test_wrong_use_is_refused_in_a_sentence(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--gtsdb", str(folder), "--part", "3"]) == UsageError.exit_code
-    assert "detector_choice: There must be two parts or more" in capsys.readouterr().err
+    assert "tuning.detector: There must be two parts or more" in capsys.readouterr().err
 
 
 def call(folder: Path, *more: str) -> list[str]:

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.corruptions.weather import WEATHERS
 from benchmarks.experiment import Result
 from benchmarks.experiments import drives, first_sight
-from benchmarks.weather_effects import WEATHERS
 from tsr_engine.track_table import TrackTable
 
 

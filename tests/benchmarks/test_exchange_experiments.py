@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import exchange_scale
-from benchmarks.corrected_clips import corrected, dimmed
+from benchmarks.corruptions.video import corrected, dimmed
 from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import exports, recordings, retraining
+from benchmarks.timing import exports as export_times
 from tests import toy_pipeline
 from tsr_engine.errors import TsrError
 from tsr_engine.io.video import open_video
@@ -44,15 +44,15 @@ def test_exports_that_break_the_budget_are_named() -> None:
 
 def test_a_format_is_measured_in_a_separate_process(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     small = tmp_path / "small.py"
-    text = Path(exchange_scale.__file__).read_text(encoding="utf-8")
+    text = Path(export_times.__file__).read_text(encoding="utf-8")
     small.write_text(text.replace("132_400", "2_000").replace("5_000", "20"), encoding="utf-8")
-    monkeypatch.setenv("PYTHONPATH", str(Path(exchange_scale.__file__).parents[1]))
-    monkeypatch.setattr(exchange_scale, "__file__", str(small))
-    found = exchange_scale.measured("tracks-csv", read=True)
+    monkeypatch.setenv("PYTHONPATH", str(Path(export_times.__file__).parents[2]))
+    monkeypatch.setattr(export_times, "__file__", str(small))
+    found = export_times.measured("tracks-csv", read=True)
     assert found["format"] == "tracks-csv"
     assert found["read_boxes"] == found["boxes"] > 20 * 25
     with pytest.raises(TsrError, match="nonsense"):
-        exchange_scale.measured("nonsense")
+        export_times.measured("nonsense")
 
 
 def _drive(**more: Any) -> dict[str, Any]:

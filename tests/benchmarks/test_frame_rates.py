@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import confirm_choice
 from benchmarks.experiment import Result
 from benchmarks.experiments import frame_rates
-from benchmarks.peers.engine_tracker import filter_alone
-from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo, every_nth_frame_of
+from benchmarks.tuning import confirmation
+from benchmarks.videos.engine_tracker import filter_alone
+from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo, every_nth_frame_of
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.params import Params
 from tsr_engine.records import Detections
@@ -87,17 +87,17 @@ def test_confirmation_is_chosen_per_rate_without_judged_scenes(
         looked.extend(video.name for video in videos)
         return [replace(_seen(), video=replace(_seen().video, group=video.group)) for video in videos]
 
-    monkeypatch.setattr(confirm_choice, "detect_videos", look)
-    monkeypatch.setattr(confirm_choice, "read_clips", lambda folder: {})
+    monkeypatch.setattr(confirmation, "detect_videos", look)
+    monkeypatch.setattr(confirmation, "read_clips", lambda folder: {})
     call = ["--clips", str(tmp_path), "--looming", str(tmp_path / "tuned"), "--judged", str(tmp_path / "judged")]
-    assert confirm_choice.main([*call, "--setting", "strict:confirm_score=3,sure_score=4"]) == 0
+    assert confirmation.main([*call, "--setting", "strict:confirm_score=3,sure_score=4"]) == 0
     assert looked == ["0_turn"]
     reported = [line for line in capsys.readouterr().out.splitlines() if "approaches" in line]
     assert [line.split("approaches")[0].strip() for line in reported[::2]] == list(frame_rates.HEADINGS.values())
     for shipped, strict in zip(reported[::2], reported[1::2], strict=True):
         assert "default  1/1 signs, 0 false, coverage 1.0000, 1.000 ids" in shipped
         assert "strict   0/1 signs, 0 false, coverage 0.0000, 0.000 ids" in strict
-    assert confirm_choice.main([*call, "--setting", "x:no_such=1"]) == 1
+    assert confirmation.main([*call, "--setting", "x:no_such=1"]) == 1
     assert "There is no parameter 'no_such'" in capsys.readouterr().err
 
 

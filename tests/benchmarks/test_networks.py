@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks import networks
+from benchmarks.classifiers import networks
 from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments.network import EXPERIMENT
 from tests.recognition.test_network import component

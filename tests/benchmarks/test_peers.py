@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.cache import Cache
 from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import trackers
 from benchmarks.peers import multi_object_trackers, tuning
-from benchmarks.peers.cache import Cache
-from benchmarks.peers.engine_tracker import TrackingResult
 from benchmarks.peers.figures import sequence, trackeval_figures
 from benchmarks.peers.multi_object_trackers import MIN_SCORE_SETTING, PEERS, Missing, Peer, confidence, rows_of
-from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo
+from benchmarks.videos.engine_tracker import TrackingResult
+from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo
 from tsr_engine.evaluation.tracking import changed_errors, evaluate_video, shared_errors
 from tsr_engine.records import Detections
 from tsr_engine.track_table import TrackTable

@@ -12,10 +12,8 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks import gap_choice, online_choice
 from benchmarks.experiment import Result
 from benchmarks.experiments import gaps
-from benchmarks.experiments.tracked_clips import Tracked
 from benchmarks.peers import detection_gaps as gap_module
 from benchmarks.peers.detection_gaps import (
     LEAD_IN,
@@ -29,7 +27,10 @@ from benchmarks.peers.detection_gaps import (
 )
 from benchmarks.peers.multi_object_trackers import Missing
 from benchmarks.peers.opencv_trackers import OpenCvTracker, maker
-from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo
+from benchmarks.tuning import gaps as gap_tuning
+from benchmarks.tuning import online as online_tuning
+from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo
+from benchmarks.videos.tracked_clips import Tracked
 from tsr_engine.evidence import ResultRow
 from tsr_engine.params import Params
 from tsr_engine.pipeline import FrameInput
@@ -237,12 +238,12 @@ def test_tuning_uses_no_judged_scene(
         error = params.pipeline.search_noise / 10 if params.online.use_online else 0.5
         return [Outcome(length, error, 1 - error, False) for length in sorted(gap.ends)], 0.0
 
-    monkeypatch.setattr(gap_choice, "detect_videos", look)
-    monkeypatch.setattr(gap_choice, "our_outcomes", end)
-    monkeypatch.setattr(gap_choice, "pictures", lambda seen: [(frame, None) for frame in seen.frames])
+    monkeypatch.setattr(gap_tuning, "detect_videos", look)
+    monkeypatch.setattr(gap_tuning, "our_outcomes", end)
+    monkeypatch.setattr(gap_tuning, "pictures", lambda seen: [(frame, None) for frame in seen.frames])
     tuned, judged = _approaches(tmp_path / "a", "0", "1", "2", "3"), _approaches(tmp_path / "b", "2")
     call = ["--looming", str(tuned), "--judged", str(judged), "--every", "2", "--setting", "n:search_noise=1,tau=9"]
-    assert gap_choice.main(call) == 0
+    assert gap_tuning.main(call) == 0
     assert looked == ["0_turn", "3_turn"]
     reported = {line.split("  ")[0].strip(): line for line in capsys.readouterr().out.splitlines()}
     assert reported.keys() == {"default", "KF alone", "n"}
@@ -256,9 +257,9 @@ def test_wrong_options_of_tuning_are_refused(tmp_path: Path, capsys: pytest.Capt
         (["--clips", str(tmp_path), "--every", "0"], "--every must be 1 or more. Got 0 instead."),
     ):
         with pytest.raises(SystemExit):
-            gap_choice.main(call)
+            gap_tuning.main(call)
         assert sentence in capsys.readouterr().err
-    assert gap_choice.main(["--clips", str(tmp_path), "--setting", "x:no_such=1"]) == 1
+    assert gap_tuning.main(["--clips", str(tmp_path), "--setting", "x:no_such=1"]) == 1
     assert "There is no parameter 'no_such'" in capsys.readouterr().err
 
 
@@ -281,13 +282,13 @@ def test_tuning_of_the_online_detector_uses_no_judged_scene(
             runs[name] = Tracked(rows, {}, len(seen.frames))
         return runs
 
-    monkeypatch.setattr(online_choice, "detect_videos", look)
-    monkeypatch.setattr(online_choice, "track_together", track)
-    monkeypatch.setattr(online_choice, "load_components", lambda params: None)
+    monkeypatch.setattr(online_tuning, "detect_videos", look)
+    monkeypatch.setattr(online_tuning, "track_together", track)
+    monkeypatch.setattr(online_tuning, "load_components", lambda params: None)
     tuned = [_approaches(tmp_path / name, "0", scene) for name, scene in (("one", "1"), ("two", "2"))]
     judged = _approaches(tmp_path / "judged", "1")
     call = ["--looming", *map(str, tuned), "--judged", str(judged)]
-    assert online_choice.main([*call, "--setting", "near:search_noise=1", "--setting", "same:search_noise=4"]) == 0
+    assert online_tuning.main([*call, "--setting", "near:search_noise=1", "--setting", "same:search_noise=4"]) == 0
     assert looked == ["one/0_turn", "two/0_turn", "two/2_turn"]
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[:2] for line in lines[:4]] == [["turn", n] for n in ("default", "KF", "near", "same")]
@@ -298,7 +299,7 @@ def test_tuning_of_the_online_detector_uses_no_judged_scene(
     assert lines[1].endswith(f"KF alone  coverage 1.0000, Eq. 7 {error[1]:.4f}")
     assert f"near      coverage 1.0000, Eq. 7 {error[2]:.4f}, " in lines[2]
     assert lines[3].endswith(f"same      coverage 1.0000, Eq. 7 {error[1]:.4f}")
-    assert online_choice.main([*call, "--setting", "x:no_such=1"]) == 1
+    assert online_tuning.main([*call, "--setting", "x:no_such=1"]) == 1
     assert "There is no parameter 'no_such'" in capsys.readouterr().err
-    assert online_choice.main(["--looming", str(judged), "--judged", str(judged)]) == 1
+    assert online_tuning.main(["--looming", str(judged), "--judged", str(judged)]) == 1
     assert "no clip of a scene that may be shown" in capsys.readouterr().err

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.corruptions.detections import MEAN_MISSED_RUN, Degradation, bisect_increasing, degrade
 from benchmarks.experiment import Skip
 from benchmarks.experiments import poor_detections
 from benchmarks.experiments.gate import TAU
-from benchmarks.experiments.looming_clips import LoomingClips
 from benchmarks.experiments.poor_detections import KF, UNSEEN, merged, paper_tau, verdict
-from benchmarks.experiments.tracked_clips import PAPER_KF
-from benchmarks.peers.degraded_detections import MEAN_MISSED_RUN, Degradation, bisect_increasing, degrade
-from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo
+from benchmarks.videos.approaches import LoomingClips
+from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo
+from benchmarks.videos.tracked_clips import PAPER_KF
 from tests import toy_pipeline
 from tsr_engine.evaluation.tracking import VideoReport
 from tsr_engine.records import Detections

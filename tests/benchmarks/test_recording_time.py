@@ -9,7 +9,7 @@ import av
 import numpy as np
 import pytest
 
-from benchmarks import recording_time
+from benchmarks.timing import recordings
 from tsr_engine.errors import TsrError
 from tsr_engine.io.video_writer import VideoWriter
 
@@ -18,7 +18,7 @@ from tsr_engine.io.video_writer import VideoWriter
 def clips(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A clip of few and a clip of many bytes, 20 frames each, and one of another size."""
     for name, value in (("FRAMES", 50), ("WIDTH", 64), ("HEIGHT", 48)):
-        monkeypatch.setattr(recording_time, name, value)
+        monkeypatch.setattr(recordings, name, value)
     rng = np.random.default_rng(1)
     for name, width, noise in (("lean", 64, 1), ("fat", 64, 200), ("large", 128, 200)):
         with VideoWriter(tmp_path / f"{name}.mp4", width, 48, Fraction(25)) as writer:
@@ -28,14 +28,14 @@ def clips(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_smallest_and_the_largest_file_of_a_size_are_chosen(clips: Path) -> None:
-    assert recording_time.clip_of_kind("copied", clips).name == "lean.mp4"
-    assert recording_time.clip_of_kind("encoded", clips).name == "fat.mp4"
+    assert recordings.clip_of_kind("copied", clips).name == "lean.mp4"
+    assert recordings.clip_of_kind("encoded", clips).name == "fat.mp4"
     with pytest.raises(TsrError, match="no clip of 64x48"):
-        recording_time.clip_of_kind("copied", clips / "nothing")
+        recordings.clip_of_kind("copied", clips / "nothing")
 
 
 def test_a_clip_is_repeated_until_it_is_long_enough(clips: Path) -> None:
-    recording_time.repeat_clip(clips / "fat.mp4", clips / "joined.mp4")
+    recordings.repeat_clip(clips / "fat.mp4", clips / "joined.mp4")
     with av.open(clips / "joined.mp4") as container:
         pictures = [(frame.pts, frame.to_ndarray(format="gray")) for frame in container.decode(video=0)]
     times = np.array([pts for pts, _ in pictures])

@@ -13,7 +13,7 @@ import benchmarks.__main__ as runner
 from benchmarks import experiment
 from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine, table
 from benchmarks.experiments import EXPERIMENTS
-from benchmarks.report import write_report
+from benchmarks.reporting.report import write_report
 from tsr_engine.errors import InputError
 
 

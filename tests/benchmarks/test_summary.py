@@ -8,7 +8,7 @@ import shutil
 from pathlib import Path
 
 from benchmarks.experiment import ROOT
-from benchmarks.summary import ROWS, percent, summary
+from benchmarks.reporting.summary import ROWS, percent, summary
 
 RESULTS = ROOT / "results"
 README = (ROOT.parent / "README.md").read_text(encoding="utf-8")

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.cache import Cache
 from benchmarks.experiment import Data, Result, Skip, machine
 from benchmarks.experiments import detection, detection_video, systems
-from benchmarks.peers.cache import Cache
 from benchmarks.systems.curves import RATES, outdone, plain
 from benchmarks.systems.detection_records import frame_from_record, frame_to_record
 from benchmarks.systems.video_detections import (

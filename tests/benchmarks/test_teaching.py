@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks import teaching_labels
+from benchmarks.classifiers import teaching_labels
+from benchmarks.classifiers.teaching_labels import FRAMES, HIDDEN, base_classifier, figures_of, taught_crops
 from benchmarks.experiment import Result
 from benchmarks.experiments.teaching import EXPERIMENT
-from benchmarks.teaching_labels import FRAMES, HIDDEN, base_classifier, figures_of, taught_crops
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.training.classifier import ClassifierSettings
 

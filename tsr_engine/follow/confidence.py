@@ -1,7 +1,7 @@
 """The probability that a box lies on the sign: a logistic regression over all observations of a frame.
 
-``python -m benchmarks.follow_confidence`` fits the weights. It follows signs of clips and approaches of the tuning set,
-once unchanged and once with the sign painted over from some frame on.
+``python -m benchmarks.tuning.follow_confidence`` fits the weights. It follows signs of clips and approaches of the
+tuning set, once unchanged and once with the sign painted over from some frame on.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """CPU time of the offline detector at 720x576, signs from 16 px, one thread, median over scenes.
 
-    python -m benchmarks.detection_speed --gtsdb GTSDB [--scenes 40]
+    python -m benchmarks.timing.detection --gtsdb GTSDB [--scenes 40]
 
 Scenes are reduced to 720x576. Models and parameters are the shipped ones, whose AP is reported.
 """

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from benchmarks.peers.cache import ENGINE, code, file_digest
+from benchmarks.cache import ENGINE, code, file_digest
 from tsr_engine.evaluation.tracking import SignReport, VideoReport
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.json_shapes import JsonMapping

@@ -1,6 +1,6 @@
 """Tracking with the real detector on clips under stress: one row for each stress and configuration.
 
-    python benchmarks/tracking_stress.py --clips DIR [--models DIR] [--first 24] [--setting NAME:key=value,...]...
+    python benchmarks/tuning/stress.py --clips DIR [--models DIR] [--first 24] [--setting NAME:key=value,...]...
 
 ``DIR`` holds ``clips.json`` (which names each clip and its stress) and a folder for each clip with ``video.mp4`` and
 ``gt.txt`` in MOTChallenge rows. Three configurations are run by default: ``default``, the Kalman filter alone, and

@@ -2,8 +2,8 @@
 
 ::
 
-    python benchmarks/scene3d_rate.py                  # 500 tracks of 25 boxes
-    python benchmarks/scene3d_rate.py --as-viser # viser's original page: four samples per pixel, every picture copied
+    python benchmarks/timing/scene3d.py                  # 500 tracks of 25 boxes
+    python benchmarks/timing/scene3d.py --as-viser # viser's original page: four samples per pixel, every picture copied
 
 On a busy machine, use the processor time per picture, not the rate.
 """

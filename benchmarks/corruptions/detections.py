@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.peers.stored_detections import DetectedVideo
+from benchmarks.videos.stored_detections import DetectedVideo
 from tsr_engine.records import Detections
 
 __all__ = ["MEAN_MISSED_RUN", "Degradation", "bisect_increasing", "degrade"]

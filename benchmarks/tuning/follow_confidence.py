@@ -1,4 +1,4 @@
-"""Fits the follower's confidence: ``python -m benchmarks.follow_confidence --clips CLIPS --looming TUNING``.
+"""Fits the follower's confidence: ``python -m benchmarks.tuning.follow_confidence --clips CLIPS --looming TUNING``.
 
 Follows each sign of the tuning videos from three anchors, once unchanged and once painted over from the middle of its
 visible life on. Fits the logistic regression of ``tsr_engine.follow.confidence`` to whether the box lies on the sign.
@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 from sklearn.linear_model import LogisticRegression
 
-from benchmarks.experiments.clips import read_clips
 from benchmarks.experiments.follow import TUNED_ON
-from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
+from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.clips import read_clips
 from tsr_engine.follow import FollowerModels
 from tsr_engine.follow.camera_motion import CameraMotionEstimator
 from tsr_engine.follow.confidence import WEIGHTS, Evidence

@@ -6,9 +6,9 @@ once by the command itself, whose time includes the start of Python.
 
 ::
 
-    python benchmarks/recording_time.py                # the shipped drive, enlarged
-    python benchmarks/recording_time.py --clips DIR    # the clips of that size with the fewest and the most bytes
-    python benchmarks/recording_time.py --work DIR     # keep drives and runs in DIR, and use existing ones
+    python benchmarks/timing/recordings.py                # the shipped drive, enlarged
+    python benchmarks/timing/recordings.py --clips DIR    # the clips of that size with the fewest and the most bytes
+    python benchmarks/timing/recordings.py --work DIR     # keep drives and runs in DIR, and use existing ones
 
 The experiment ``recordings`` reports the figures.
 """

@@ -1,6 +1,6 @@
 """Compares options of the detector's training, without the scenes of reported figures.
 
-    python -m benchmarks.detector_choice --gtsdb GTSDB --gtsrb GTSRB [--part 0] [--set shrinkage=1 --set aspect=0]
+    python -m benchmarks.tuning.detector --gtsdb GTSDB --gtsrb GTSRB [--part 0] [--set shrinkage=1 --set aspect=0]
 
 The scenes that the shipped detector's figures do not use are divided into parts. For each part, a detector is trained
 on the other parts. Each half of the part calibrates the detector for the other half. A part takes about 12 minutes on
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, TypeVar, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
 
-from benchmarks.camera_versions import by_version
+from benchmarks.corruptions.cameras import by_version
 from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.evaluation.detection import score_detections
@@ -128,7 +128,7 @@ class _Progress:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Train, and print one line of JSON for each part."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.detector_choice", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.tuning.detector", description=__doc__)
     parser.add_argument("--gtsdb", type=Path, required=True)
     parser.add_argument("--gtsrb", type=Path, help="GTSRB crops; unset: only scenes are used")
     parser.add_argument("--parts", type=int, default=3)
@@ -152,7 +152,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             row = figures(train, held, args.gtsrb, plan, args.seed, params)
             print(json.dumps({"part": part, "set": args.set, **row}), flush=True)
     except TsrError as error:
-        sys.stderr.write(f"detector_choice: {error}\n")
+        sys.stderr.write(f"tuning.detector: {error}\n")
         return error.exit_code
     return 0
 

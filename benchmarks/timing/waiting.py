@@ -3,7 +3,7 @@
 ``tsr review`` tracks a sample drive; then a what-if, a recording, an export and a bug bundle are requested. Without an
 open page, a process starts for each job; with one, a worker stands by. One session measures both::
 
-    python -m benchmarks.waiting_time [--turns 3] [--video FILE]
+    python -m benchmarks.timing.waiting [--turns 3] [--video FILE]
 """
 
 from __future__ import annotations

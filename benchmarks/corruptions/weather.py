@@ -8,7 +8,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from benchmarks.corrected_clips import dim
+from benchmarks.corruptions.video import dim
 from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["WEATHERS"]

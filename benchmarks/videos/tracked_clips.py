@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.experiments.result_cache import ResultCache
-from benchmarks.peers.stored_detections import Annotated, DetectedFrame, DetectedVideo, detect_videos, pictures
+from benchmarks.videos.report_cache import ResultCache
+from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo, detect_videos, pictures
 from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.evaluation.track_tables import result_table
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video

@@ -2,8 +2,8 @@
 
 ::
 
-    python benchmarks/exchange_scale.py                    # all formats, each in a fresh process
-    python benchmarks/exchange_scale.py cvat-video --read
+    python benchmarks/timing/exports.py                    # all formats, each in a fresh process
+    python benchmarks/timing/exports.py cvat-video --read
 
 The drive has 132,400 frames and 5,000 tracks of 25 to 50 boxes; the budget is 20 s and 500 MB per format. The
 experiment ``exports`` reports the figures.
@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.memory import memory
+from benchmarks.timing.memory import memory
 from tsr_engine.errors import TsrError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import export_dataset

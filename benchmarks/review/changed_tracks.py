@@ -17,8 +17,8 @@ from app.evidence.disagreement import MIN_IOU, compare_with_run
 from app.evidence.run_columns import confirmed_boxes
 from app.evidence.tracks import TrackProperties, read_track_properties
 from app.evidence.uncertainty import Disagreement
-from benchmarks.corrected_clips import dimmed
-from benchmarks.peers.cache import ENGINE, code, file_digest
+from benchmarks.cache import ENGINE, code, file_digest
+from benchmarks.corruptions.video import dimmed
 from tsr_engine.errors import TsrError
 from tsr_engine.evaluation.track_tables import every_nth_frame
 from tsr_engine.evidence import EvidenceReader

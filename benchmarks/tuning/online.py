@@ -1,6 +1,6 @@
 """Compares parameters of the online detector for signs that are lost, on videos that no reported figure uses.
 
-    python -m benchmarks.online_choice --looming DIR... --judged DIR [--setting NAME:key=value,...]...
+    python -m benchmarks.tuning.online --looming DIR... --judged DIR [--setting NAME:key=value,...]...
 
 Uses simulated approaches to scenes that ``--judged`` does not show. Runs ``default``, the filter alone and the named
 settings, all on the same detections. Prints one line for each stress and configuration: coverage, mean Eq. 7, and the
@@ -13,11 +13,11 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.choice_cli import choice_parser, print_report
-from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.experiments.tracked_clips import report_of, track_together
-from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos
-from benchmarks.tracking_stress import configurations
+from benchmarks.tuning.command_line import choice_parser, print_report
+from benchmarks.tuning.stress import configurations
+from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
+from benchmarks.videos.tracked_clips import report_of, track_together
 from tsr_engine.evaluation.tracking import VideoReport, changed_errors, summarise
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
@@ -74,7 +74,7 @@ def rows(reports: Reports) -> list[str]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table."""
-    parser = choice_parser("online_choice", __doc__)
+    parser = choice_parser("tuning.online", __doc__)
     parser.add_argument("--looming", type=Path, required=True, nargs="+", help="folders of simulated approaches")
     parser.add_argument("--judged", type=Path, required=True, help="approaches whose scenes are left out")
     args = parser.parse_args(argv)
@@ -84,7 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         seen = detect_videos(videos_of(args.looming, args.judged), scratch)
         return "".join(f"{line}\n" for line in rows(reports_of(seen, chosen)))
 
-    return print_report("online_choice", args.scratch, compute)
+    return print_report("tuning.online", args.scratch, compute)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Compares parameters in gaps without detections, on videos that no reported figure uses.
 
-    python -m benchmarks.gap_choice --clips CLIPS [--setting NAME:key=value,...]...
-    python -m benchmarks.gap_choice --looming DIR --judged DIR [--every 3] [--setting NAME:key=value,...]...
+    python -m benchmarks.tuning.gaps --clips CLIPS [--setting NAME:key=value,...]...
+    python -m benchmarks.tuning.gaps --looming DIR --judged DIR [--every 3] [--setting NAME:key=value,...]...
 
 The first command uses the real clips of the tuning set, with six frames between two starts on a sign. The second uses
 simulated approaches to scenes that ``--judged`` does not show, with ten frames between. Runs ``default``, the filter
@@ -16,12 +16,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 
-from benchmarks.choice_cli import choice_parser, print_report
-from benchmarks.experiments.clips import CHOSEN_ON, read_clips
-from benchmarks.experiments.looming_clips import read_looming
 from benchmarks.peers.detection_gaps import LENGTHS, Outcome, find_gaps, our_outcomes, summary
-from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos, pictures
-from benchmarks.tracking_stress import configurations
+from benchmarks.tuning.command_line import choice_parser, print_report
+from benchmarks.tuning.stress import configurations
+from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.clips import CHOSEN_ON, read_clips
+from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos, pictures
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 
@@ -79,7 +79,7 @@ def videos_of(args: argparse.Namespace) -> tuple[list[Annotated], int]:
 
 def parse(argv: Sequence[str] | None) -> argparse.Namespace:
     """The command line."""
-    parser = choice_parser("gap_choice", __doc__)
+    parser = choice_parser("tuning.gaps", __doc__)
     data = parser.add_mutually_exclusive_group(required=True)
     data.add_argument("--clips", type=Path, help="folder of real clips with gt/")
     data.add_argument("--looming", type=Path, help="folder of simulated approaches")
@@ -103,7 +103,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         videos, every = videos_of(args)
         return f"{rows(outcomes_of(detect_videos(videos, scratch), chosen, every))}\n"
 
-    return print_report("gap_choice", args.scratch, compute)
+    return print_report("tuning.gaps", args.scratch, compute)
 
 
 if __name__ == "__main__":

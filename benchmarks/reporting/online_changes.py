@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from benchmarks.experiment import table
-from benchmarks.experiments.against_paper import number
+from benchmarks.reporting.against_paper import number
 from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["online_changes"]

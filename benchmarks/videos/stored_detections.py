@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.peers.cache import code, file_digest
+from benchmarks.cache import code, file_digest
 from tsr_engine.errors import TsrError
 from tsr_engine.evaluation.track_tables import every_nth_frame
 from tsr_engine.evidence import EvidenceReader

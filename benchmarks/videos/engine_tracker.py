@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from threading import Event
 from typing import Any
 
-from benchmarks.peers.cache import Cache
-from benchmarks.peers.stored_detections import DetectedFrame, DetectedVideo, pictures
+from benchmarks.cache import Cache
+from benchmarks.videos.stored_detections import DetectedFrame, DetectedVideo, pictures
 from tsr_engine.evaluation.track_tables import result_table
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.json_shapes import JsonMapping, JsonObject

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.contact_sheet import Cell, write_sheet
-from benchmarks.experiments.tracked_clips import Videos, track_together
-from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos, pictures
+from benchmarks.reporting.contact_sheet import Cell, write_sheet
+from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos, pictures
+from benchmarks.videos.tracked_clips import Videos, track_together
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components

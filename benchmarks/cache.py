@@ -39,7 +39,7 @@ class Cache:
         """
         if self._folder is None:
             return make()
-        text = json.dumps([code(ENGINE), _own(), *made_from], sort_keys=True)
+        text = json.dumps([code(ENGINE), _own_code(), *made_from], sort_keys=True)
         path = self._folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
         if path.is_file():
             return json.loads(path.read_text(encoding="utf-8"))
@@ -63,9 +63,9 @@ def file_digest(path: Path) -> str:
 
 
 @cache
-def _own() -> str:
+def _own_code() -> str:
     root = Path(__file__).parent
-    return digest_of(root, [root])
+    return digest_of(root, [root / "peers", root / "videos", root / "corruptions" / "detections.py"])
 
 
 def digest_of(root: Path, paths: list[Path]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from benchmarks.experiment import Experiment, Result
-from benchmarks.summary import summary
+from benchmarks.reporting.summary import summary
 
 __all__ = ["write_report"]
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.cache import code
 from benchmarks.experiment import Data, Skip
-from benchmarks.peers.cache import code
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.io.models import load_component, save_component
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier

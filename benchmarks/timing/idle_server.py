@@ -2,7 +2,7 @@
 
 Run it on a quiet machine with compiled kernels::
 
-python -m benchmarks.idle_server [--seconds 20]
+python -m benchmarks.timing.idle_server [--seconds 20]
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from benchmarks.experiments.clients import processor_seconds
-from benchmarks.waiting_time import page_of
+from benchmarks.timing.waiting import page_of
 from tests.attack.server_process import children, command_line
 from tests.e2e.live_server import LiveServer
 

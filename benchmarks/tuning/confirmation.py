@@ -1,6 +1,6 @@
 """Compares parameters for the start of tracks, on videos that no reported figure uses.
 
-    python -m benchmarks.confirm_choice --clips CLIPS --looming DIR --judged DIR [--setting NAME:key=value,...]...
+    python -m benchmarks.tuning.confirmation --clips CLIPS --looming DIR --judged DIR [--setting NAME:key=value,...]...
 
 Uses the real clips of the tuning set and simulated approaches to scenes that ``--judged`` does not show, at every,
 every second, third and fourth frame. Runs ``default`` and the named settings, all without the online detector, since it
@@ -13,13 +13,13 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from benchmarks.choice_cli import choice_parser, print_report
-from benchmarks.experiments.clips import CHOSEN_ON, read_clips
 from benchmarks.experiments.frame_rates import HEADINGS, STEPS
-from benchmarks.experiments.looming_clips import read_looming
-from benchmarks.peers.engine_tracker import filter_alone
-from benchmarks.peers.stored_detections import Annotated, DetectedVideo, detect_videos, every_nth_frame_of
-from benchmarks.tracking_stress import configurations
+from benchmarks.tuning.command_line import choice_parser, print_report
+from benchmarks.tuning.stress import configurations
+from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.clips import CHOSEN_ON, read_clips
+from benchmarks.videos.engine_tracker import filter_alone
+from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos, every_nth_frame_of
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.params import Params
 
@@ -64,7 +64,7 @@ def rows(videos: Sequence[DetectedVideo], chosen: Mapping[str, Params]) -> list[
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table."""
-    parser = choice_parser("confirm_choice", __doc__)
+    parser = choice_parser("tuning.confirmation", __doc__)
     parser.add_argument("--clips", type=Path, required=True, help="folder of real clips with gt/")
     parser.add_argument("--looming", type=Path, required=True, help="folder of simulated approaches")
     parser.add_argument("--judged", type=Path, required=True, help="approaches whose scenes are left out")
@@ -75,7 +75,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         seen = list(detect_videos(videos_of(args.clips, args.looming, args.judged), scratch))
         return "".join(f"{line}\n" for line in rows(seen, chosen))
 
-    return print_report("confirm_choice", args.scratch, compute)
+    return print_report("tuning.confirmation", args.scratch, compute)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from scipy.stats import beta
 
 from benchmarks.experiment import table
-from benchmarks.experiments import paper_figures as paper
+from benchmarks.reporting import paper_figures as paper
 from tsr_engine.evaluation.tracking import VideoReport
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 

@@ -1,0 +1,1 @@
+"""Classifiers that are trained without some of GTSRB's signs, to measure them on those."""

@@ -1,0 +1,1 @@
+"""Pictures, videos and detections as of worse cameras, weather and detectors."""

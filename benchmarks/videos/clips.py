@@ -1,0 +1,36 @@
+"""Real annotated clips, by name and by use."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from benchmarks.experiment import Skip
+from tsr_engine.evaluation.track_tables import read_clip_truth
+from tsr_engine.track_table import TrackTable
+
+__all__ = ["CHOSEN_ON", "clip_groups", "read_clips"]
+
+CHOSEN_ON = ("01_076852", "SH4_70b651", "SK3_38cde7")
+"""Clips that parameters were chosen on; the others are held out."""
+
+
+def read_clips(folder: Path) -> dict[str, tuple[Path, TrackTable]]:
+    """Annotated clips of a folder by name, each with its ground truth.
+
+    Raises:
+        Skip: there are no clips.
+    """
+    found = {
+        path.stem: (folder / f"{path.stem}.mp4", read_clip_truth(path))
+        for path in sorted((folder / "gt").glob("*.csv"))
+        if (folder / f"{path.stem}.mp4").is_file()
+    }
+    if not found:
+        raise Skip("the folder `clips` holds no annotated clip.")
+    return found
+
+
+def clip_groups(names: list[str]) -> dict[str, list[str]]:
+    """The held-out clips, and those that parameters were chosen on; an empty group is left out."""
+    groups = {"held out": [n for n in names if n not in CHOSEN_ON], "chosen on": [n for n in names if n in CHOSEN_ON]}
+    return {group: members for group, members in groups.items() if members}
