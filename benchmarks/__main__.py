@@ -89,7 +89,7 @@ def _run(experiments: Sequence[Experiment], data: Data, beside: bool) -> None:
         sys.stderr.write(f"{experiment.name} ... ")
         sys.stderr.flush()
         try:
-            result = replace(experiment.run(data), machine=machine())
+            result = replace(experiment.run(data), name=experiment.name, machine=machine())
         except (Skip, InputError) as why:  # an old figure never replaces one that could not be measured
             result = Result(experiment.name, skipped=str(why), machine=machine())
         sys.stderr.write(f"{result.skipped or 'done'} ({time.monotonic() - began:.0f} s)\n")

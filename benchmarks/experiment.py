@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = ["Data", "Experiment", "Result", "Skip", "machine", "table"]
+__all__ = ["Data", "Experiment", "Result", "Skip", "machine"]
 
 ROOT = Path(__file__).resolve().parent
 
@@ -71,7 +71,7 @@ class Result:
     """The result of an experiment.
 
     Attributes:
-        name: name of the experiment.
+        name: name of the experiment, set by ``python -m benchmarks``.
         data: one sentence about the data and their split.
         figures: figures as JSON values.
         settings: seeds, models, parameters.
@@ -80,7 +80,7 @@ class Result:
         elsewhere: short results on other processors, by their name; see ``beside``.
     """
 
-    name: str
+    name: str = ""
     data: str = ""
     figures: JsonMapping = field(default_factory=dict)
     settings: JsonMapping = field(default_factory=dict)
@@ -148,13 +148,6 @@ def machine() -> JsonObject:
         "packages": {name: _version(name) for name in packages},
         "commit": _commit(),
     }
-
-
-def table(rows: list[list[str]]) -> str:
-    """A Markdown table; the first row is its head."""
-    head, *body = rows
-    lines = [head, ["---"] * len(head), *body]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
 def _lines(path: Path) -> list[str]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.cache import code
+from benchmarks.classifiers.stored import stored_classifier, training_digest
 from benchmarks.experiment import Data, Skip
 from tsr_engine.io.gtsrb import CropItem
-from tsr_engine.io.models import load_component, save_component
+from tsr_engine.io.models import Component
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
 from tsr_engine.training.classifier_augmentation import load_crop, plain_view
 from tsr_engine.training.classifier_figures import fit_temperature
@@ -19,7 +18,7 @@ from tsr_engine.training.network_classifier import classifier_of, component_of
 
 __all__ = ["trained_on"]
 
-_MADE_BY = (
+_NETWORK_CODE = (
     "recognition/network.py", "training/network.py", "training/network_classifier.py", "training/network_crops.py",
     "training/network_augmentation.py",
 )  # fmt: skip
@@ -38,14 +37,16 @@ def trained_on(items: Sequence[CropItem], held: Sequence[CropItem], data: Data, 
     Raises:
         Skip: there is no stored classifier, and PyTorch or a GPU is missing.
     """
-    kept = data.scratch / f"{name}-{data.seed}-{hashlib.sha256(code(_MADE_BY).encode()).hexdigest()[:12]}"
-    if not (kept / "manifest.json").is_file():
-        made = _trained(items, data.seed)
-        known = [load_crop(item) for item in held]
-        margins = made.margins([plain_view(crop) for crop in known])
-        temperature = fit_temperature(margins, np.array([crop.class_id for crop in known]))
-        save_component(component_of(replace(made, temperature=temperature), data.seed), kept)
-    return SignClassifier.from_component(load_component(NETWORK_COMPONENT, kept))
+
+    def component() -> Component:
+        network = _trained(items, data.seed)
+        crops = [load_crop(item) for item in held]
+        margins = network.margins([plain_view(crop) for crop in crops])
+        temperature = fit_temperature(margins, np.array([crop.class_id for crop in crops]))
+        return component_of(replace(network, temperature=temperature), data.seed)
+
+    folder = data.scratch / f"{name}-{data.seed}-{training_digest(_NETWORK_CODE)}"
+    return stored_classifier(folder, NETWORK_COMPONENT, component)
 
 
 def _trained(items: Sequence[CropItem], seed: int) -> SignClassifier:

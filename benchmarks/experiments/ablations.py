@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.experiments.ablation_rows import DEPARTURES, IN_QUESTION, ON_CLIPS, configurations
-from benchmarks.reporting.against_paper import number
-from benchmarks.videos.approaches import EACH_OF_A_ROW, EACH_TUNED, LoomingClips, read_looming
+from benchmarks.reporting.markdown import change_text, number, table
+from benchmarks.videos.approaches import EACH_OF_A_ROW, EACH_TUNED, Approaches, judged_approaches, read_approaches
 from benchmarks.videos.clips import clip_groups, read_clips
 from benchmarks.videos.tracked_clips import Scored, score
 from tsr_engine.evaluation.tracking import VideoReport, summarise
@@ -59,13 +59,12 @@ def _run(data: Data) -> Result:
     about = []
     for name, parts in (("judged", judged), ("tuned", tuned)):
         for part, source in parts.items():
-            simulated = isinstance(source, LoomingClips)
+            simulated = isinstance(source, Approaches)
             mine = rows if simulated else {title: rows[title] for title in ON_CLIPS}
             scored = score(source.videos if simulated else source, mine, data.scratch)
             figures[name] |= _figures(part, scored, source, data.seed)
             about.append(f"{name} {part} ({len(next(iter(scored.values())).reports)} videos)")
     return Result(
-        "ablations",
         data="Each frame is detected once; every row tracks the same detections. "
         + f"Data: {', '.join(about)}. Parameters were chosen on the tuned data, whose scenes no judged approach shows. "
         "Only these rows were run on the real clips: " + "; ".join(ON_CLIPS) + "." + _not_given(data),
@@ -79,16 +78,14 @@ def _sets(data: Data) -> tuple[JsonObject, JsonObject]:
     judged: JsonObject = {}
     tuned: JsonObject = {}
     if data.tuning is not None:
-        tuned["approaches"] = read_looming(data.tuning, each=EACH_TUNED)
+        tuned["approaches"] = read_approaches(data.tuning, each=EACH_TUNED)
     if data.looming is not None:
-        seen = () if data.tuning is None else read_looming(data.tuning).scenes
-        judged["approaches"] = read_looming(data.looming, without=seen, each=EACH_OF_A_ROW)
+        judged["approaches"] = judged_approaches(data, EACH_OF_A_ROW)
     if data.clips is not None:
-        pairs = read_clips(data.clips)
-        groups = clip_groups(list(pairs))
+        groups = clip_groups(read_clips(data.clips))
         for group, parts in (("held out", judged), ("chosen on", tuned)):
             if group in groups:
-                parts["real clips"] = {name: pairs[name] for name in groups[group]}
+                parts["real clips"] = groups[group]
     if not judged:
         raise Skip("no data: neither the folder `clips` nor `looming` was given.")
     return judged, tuned
@@ -103,7 +100,7 @@ def _not_given(data: Data) -> str:
 def _figures(part: str, scored: Mapping[str, Scored], source: object, seed: int) -> JsonObject:
     """Stress -> row -> figures; approaches by stress and in total, real clips in total."""
     stresses: dict[str, list[str]] = {}
-    if isinstance(source, LoomingClips):
+    if isinstance(source, Approaches):
         for clip, stress in source.stress.items():
             stresses.setdefault(stress, []).append(clip)
         stresses = dict(sorted(stresses.items()))
@@ -185,14 +182,7 @@ def _changes(judged: JsonMapping, tuned: JsonMapping) -> str:
     names = [*(d.title for d in DEPARTURES), *IN_QUESTION, "paper"]
     rows = [["", *(title for title, _ in columns)]]
     for name in names:
-        cells = []
-        for _, by_row in columns:
-            change = by_row[name]["eq7_change"] if name in by_row else None
-            cells.append(
-                ("-" if name in by_row else "not run")
-                if change is None
-                else f"{change['change']:+.4f} ({change['low']:+.4f} to {change['high']:+.4f})"
-            )
+        cells = (change_text(by_row[name]["eq7_change"]) if name in by_row else "not run" for _, by_row in columns)
         rows.append([name, *cells])
     return table(rows)
 

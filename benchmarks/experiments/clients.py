@@ -17,7 +17,8 @@ from app.events import EventBus
 from app.people.service import PeopleService
 from app.settings import Settings
 from app.storage.database import Database
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
+from benchmarks.reporting.markdown import table
 from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
@@ -65,7 +66,6 @@ def _run(data: Data) -> Result:
     except pytest.skip.Exception as without:
         raise Skip(str(without)) from None
     return Result(
-        "clients",
         data=f"The longer sample drive, tracked by the engine, on SQLite and on PostgreSQL 15. {PEOPLE} people (5 "
         "reviewers, 15 annotators), each with a token and a persistent connection, relabel its tracks, three on each "
         f"track. Each waits up to {STEADY:g} s after an answer, or up to {MAX_PAUSE_S:g} s in a hurry.",

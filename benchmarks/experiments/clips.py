@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.reporting import paper_figures as paper
-from benchmarks.reporting.against_paper import number, share, shortfalls, sign_notes, tables
+from benchmarks.reporting.against_paper import shortfalls, sign_notes, tables
+from benchmarks.reporting.markdown import class_name, fraction, number, table
 from benchmarks.reporting.online_changes import online_changes
-from benchmarks.reporting.plotting import saved_figure
+from benchmarks.reporting.plotting import draw_errors, saved_figures
 from benchmarks.videos.clips import clip_groups, read_clips
 from benchmarks.videos.tracked_clips import CONFIGURATIONS, score
 from tsr_engine.evaluation.tracking import changed_errors, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
-from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
 
 __all__ = ["EXPERIMENT"]
 
@@ -25,7 +23,7 @@ SAME_PLACE = "02 and 03 show the same place: two signs occur in both and count t
 
 def _run(data: Data) -> Result:
     pairs = read_clips(data.need("clips"))
-    groups = clip_groups(list(pairs))
+    groups = clip_groups(pairs)
     figures: dict[str, JsonObject] = {}
     scores = score(pairs, CONFIGURATIONS, data.scratch)
     for name, scored in scores.items():
@@ -36,7 +34,6 @@ def _run(data: Data) -> Result:
             also = {"notes": sign_notes(chosen), "changed": changed_errors(ours, chosen)}
             figures[name][group] = summarise(chosen).as_dict() | also
     return Result(
-        "clips",
         data="Annotated dash-cam clips, 1280x720; coverage and Eq. 7 count signs of at least 20 px. "
         f"{SAME_PLACE if {'02_71ec1e', '03_c0da85'} <= set(pairs) else ''}"
         + "; ".join(f"{group}: {', '.join(members)}" for group, members in groups.items())
@@ -72,7 +69,7 @@ def _localisation(figures: Mapping[str, JsonMapping], groups: list[str]) -> str:
             rows.append([
                 f"clips {group}" if name == "default" else "", name, f"{100 * (s['coverage'] or 0):.1f} %",
                 number(s["ids_per_sign"], 2), str(s["false_tracks"]), number(s["mean_error"], 4),
-                number(s["mean_error_any_width"], 4), share(s["signs_classified"], s["signs_detected"]),
+                number(s["mean_error_any_width"], 4), fraction(s["signs_classified"], s["signs_detected"]),
             ])  # fmt: skip
     rows.append(["the paper, TS2010", "KF alone", "", "", "", "", str(paper.EQ7_KF), ""])
     rows.append(["", "KF and online detector", "", "", "", "", str(paper.EQ7_ONLINE), ""])
@@ -105,29 +102,17 @@ def _named(shipped: JsonMapping, groups: list[str]) -> str:
     return "Errors, sign by sign:\n\n" + "\n".join(lines) + "\n"
 
 
-def _class(number: int | None) -> str:
-    if number is None or not 0 <= number < len(SIGN_CLASSES):
-        return "no class"
-    return f"{number} {SIGN_CLASSES[number].name}"
+def _class(class_id: int | None) -> str:
+    name = class_name(class_id)
+    return name if name == "no class" else f"{class_id} {name}"
 
 
 def _plot(result: Result, path: Path) -> None:
     groups = [group for group in ("held out", "chosen on") if group in result.figures["default"]]
-    with saved_figure(path, across=len(groups), size=(4.6, 3.2)) as axes:
-        for ax, group in zip(np.atleast_1d(axes), groups, strict=True):
-            for name, label in (("KF alone", "KF"), ("default", "KF and online detector")):
-                found = result.figures[name][group]
-                counts = np.array(found["histogram"], float)
-                edges = np.linspace(0, 1, len(counts) + 1)
-                mean = number(found["mean_error"], 4)
-                ax.stairs(counts / max(counts.sum(), 1), edges, label=f"{label}, mean {mean}", linewidth=1.6)
-            ax.set(
-                title=f"clips {group}",
-                xlabel="Eq. 7, share of the box that does not overlap",
-                ylabel="share of matched frames",
-                xlim=(0, 0.5),
-            )
-            ax.legend()
+    with saved_figures(path, len(groups), (4.6, 3.2)) as all_axes:
+        for axes, group in zip(all_axes, groups, strict=True):
+            draw_errors(axes, result.figures["KF alone"][group], result.figures["default"][group])
+            axes.set(title=f"clips {group}")
 
 
 EXPERIMENT = Experiment(

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
+from benchmarks.reporting.markdown import met, table
 from benchmarks.review.browser_session import READY, BrowserSession, open_browser_session
 from benchmarks.review.faulty_runs import KINDS, ROUNDS, make_faulty_run
 from benchmarks.review.simulated_annotator import SimulatedAnnotator, Work
@@ -37,7 +38,6 @@ def _run(data: Data) -> Result:
     if data.before is not None:
         figures["before"] = _day(chosen, data.seed, data.before)
     return Result(
-        "day",
         data=f"Three clips with ground truth ({', '.join(CLIPS)}), each as {ROUNDS} runs: the ground truth with "
         "planted errors. The errors: a wrong label; a box that is off by 40 % of its width where the sign is largest; "
         "a track that continues for 12 frames after its sign is gone; all three; a missing sign; a track on no sign.",
@@ -143,7 +143,7 @@ def _report(result: Result) -> str:
 def _bar(kind: str, found: JsonMapping) -> str:
     if kind not in BARS:
         return ""
-    return f"{BARS[kind]:g} actions, {'met' if found['actions'] <= BARS[kind] else 'missed'}"
+    return f"{BARS[kind]:g} actions, {met(found['actions'] <= BARS[kind])}"
 
 
 EXPERIMENT = Experiment(

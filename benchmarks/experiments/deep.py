@@ -7,7 +7,8 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
+from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import draw_precision_recall
 from benchmarks.systems.curves import plain
 from benchmarks.systems.held_out_scenes import ACF_IS, Found, held_out
@@ -47,7 +48,6 @@ def _run(data: Data) -> Result:
         )
     found = {"small deep detector": _detect(reported, report), "ACF": known.found(prior=False)}
     return Result(
-        "deep",
         data=f"GTSDB, split by scene as for *Detection on unseen scenes*: {len(known.train)} scenes train, the "
         f"{len(known.calibrate)} of calibration are unused, {len(report)} are reported on. Both detectors run without "
         "the prior, on pictures at full size; IoU 0.5, all classes as one.",

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cache import Cache, file_digest
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
+from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import draw_precision_recall
 from benchmarks.systems.curves import RATES, outdone, plain, recall_at
 from benchmarks.systems.detection_records import systems_code
@@ -60,7 +61,6 @@ def _run(data: Data) -> Result:
         for row in OURS if name == "ACF" else (name,):
             figures[row]["ms"] = value
     return Result(
-        "detection",
         data=f"GTSDB, split by scene: trained on {len(known.train)}, calibrated on {len(known.calibrate)}, reported on "
         f"the other {len(report)} ({curves['ACF'].signs} signs, all 43 classes as one, IoU 0.5). Training stored our "
         "detections before it trained the shipped model on all scenes.",

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cache import Cache, file_digest
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
+from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import draw_precision_recall
 from benchmarks.systems.curves import RATES, outdone, plain, recall_at
 from benchmarks.systems.detection_records import frame_from_record, frame_to_record, systems_code
@@ -26,7 +27,7 @@ from benchmarks.systems.video_detections import (
     track_with_filter,
     without_ignored,
 )
-from benchmarks.videos.approaches import EACH_OF_A_ROW, read_looming
+from benchmarks.videos.approaches import EACH_OF_A_ROW, read_approaches
 from benchmarks.videos.clips import clip_groups, read_clips
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
@@ -63,14 +64,14 @@ class _Clip:
 
 def _run(data: Data) -> Result:
     pairs = read_clips(data.need("clips"))
-    groups = clip_groups(list(pairs))
+    groups = clip_groups(pairs)
     if len(groups) < 2:
         raise Skip("the folder `clips` does not hold both clips to choose parameters on and others to judge them by.")
     judged, chosen = groups["held out"], groups["chosen on"]
     times: list[float] = []
     kept = Cache(data.scratch / "watched")
     clips = {name: watched_clip(video, truth, times, kept) for name, (video, truth) in pairs.items()}
-    approaches = {} if data.tuning is None else read_looming(data.tuning, each=EACH_OF_A_ROW).videos
+    approaches = {} if data.tuning is None else read_approaches(data.tuning, each=EACH_OF_A_ROW).videos
     tuned_on = [clips[n] for n in chosen] + [watched_clip(*pair, [], kept) for pair in approaches.values()]
     figures: JsonObject = {}
     picked: dict[str, dict[str, float]] = {}
@@ -83,7 +84,6 @@ def _run(data: Data) -> Result:
     figures[ENGINE] = _engine([clips[n] for n in judged], kept)
     truth = [frame for n in judged for frame in clips[n].ground_truths]
     return Result(
-        "detection_video",
         data=f"Annotated dash-cam clips, every frame a picture, signs from {MIN_WIDTH:g} px. The tracker's "
         f"{' and '.join(GRID)} were chosen on {', '.join(chosen)} and {len(approaches)} simulated approaches. "
         f"Reported are {', '.join(judged)} "

@@ -13,14 +13,13 @@ from scipy.stats import chi2
 from benchmarks.cache import Cache, file_digest
 from benchmarks.corruptions.video import filmed
 from benchmarks.corruptions.weather import WEATHERS
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from tsr_engine.evaluation.track_tables import read_results
+from benchmarks.experiment import Data, Experiment, Result, Skip
+from benchmarks.reporting.markdown import class_name, table
+from benchmarks.videos.tracked_rows import track_rows
 from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
-from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
-from tsr_engine.runs.track_video import RunRequest, track_video
 
 __all__ = ["EXPERIMENT", "rate"]
 
@@ -61,7 +60,6 @@ def _run(data: Data) -> Result:
             rows += [{"drive": name} | row for row in seen["tracks"]]
         figures[weather] = {"frames": frames, "drives": len(drives), "tracks": rows}
     return Result(
-        "drives",
         data=f"{len(drives)} drives of other people, cameras and countries, without annotation. The rows below the "
         f"first are the first {CHANGED} frames of each, changed by `benchmarks/corruptions/weather.py` and re-encoded. "
         "No value was chosen on them.",
@@ -72,11 +70,10 @@ def _run(data: Data) -> Result:
 
 def _tracked(path: Path, weather: str, params: Params, components: Components) -> JsonObject:
     with tempfile.TemporaryDirectory(prefix="tsr-drives-") as folder:
-        video, csv = path, Path(folder) / "rows.csv"
+        video = path
         if weather != AS_RECORDED:
             video = filmed(WEATHERS[weather], path, Path(folder) / "drive.mp4", CHANGED)
-        report = track_video(RunRequest(video, params, csv=csv), components)
-        rows = read_results(csv)
+        report, rows = track_rows(video, params, components)
     tracks = []
     for track in np.unique(rows.track).tolist():
         own = rows.rows(rows.track == track)
@@ -102,8 +99,10 @@ def _report(result: Result) -> str:
 
 
 def _track(row: JsonMapping) -> str:
-    name = SIGN_CLASSES[row["class"]].name if 0 <= row["class"] < len(SIGN_CLASSES) else "no class"
-    return f"{row['drive']}: frames {row['first']} to {row['last']}, up to {row['width']:.0f} px wide, read as {name}."
+    return (
+        f"{row['drive']}: frames {row['first']} to {row['last']}, up to {row['width']:.0f} px wide, read as "
+        f"{class_name(row['class'])}."
+    )
 
 
 EXPERIMENT = Experiment(

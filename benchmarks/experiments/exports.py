@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from benchmarks.timing.exports import FRAMES, MOST_MB, MOST_SECONDS, TRACKS, WITHOUT_PICTURES, measured
 from tsr_engine.json_shapes import JsonObject
 
@@ -11,7 +12,6 @@ __all__ = ["EXPERIMENT"]
 
 def _run(_: Data) -> Result:
     return Result(
-        "exports",
         data=f"A synthetic drive of {FRAMES:,} frames with {TRACKS:,} tracks of 25 to 50 boxes that grow with the "
         "jitter of a tracker. Each format is written in its own process, without pictures, as one ZIP file.",
         figures={"formats": [measured(name, read=True) for name in WITHOUT_PICTURES]},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -12,17 +11,18 @@ from typing import Final
 import numpy as np
 
 from benchmarks.cache import Cache, file_digest
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
-from benchmarks.videos.approaches import EACH, read_looming
+from benchmarks.experiment import Data, Experiment, Result, Skip
+from benchmarks.reporting.markdown import table
+from benchmarks.videos.approaches import EACH, judged_approaches
 from benchmarks.videos.clips import clip_groups, read_clips
 from benchmarks.videos.tracked_clips import Videos
+from benchmarks.videos.tracked_rows import track_rows
 from sample_videos import SHIPPED
-from tsr_engine.evaluation.track_tables import read_clip_truth, read_results
+from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.evaluation.tracking import evaluate_video
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
-from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
 __all__ = ["EXPERIMENT", "compared", "first_matches", "first_widths"]
@@ -98,18 +98,15 @@ def _run(data: Data) -> Result:
     models = {"before": load_components(params, before), "now": load_components(params)}
     videos: dict[str, Videos] = {"sample drives": _samples()}
     if data.clips is not None:
-        clips = read_clips(data.need("clips"))
-        videos |= {f"clips {name}": {n: clips[n] for n in own} for name, own in clip_groups(list(clips)).items()}
+        videos |= {f"clips {group}": own for group, own in clip_groups(read_clips(data.clips)).items()}
     if data.looming is not None:
-        tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
-        videos["approaches"] = read_looming(data.need("looming"), without=tuned, each=EACH).videos
+        videos["approaches"] = judged_approaches(data, EACH).videos
     kept = Cache(data.scratch / "first_sight")
     figures: JsonObject = {}
     for group, own in videos.items():
         rows = [row for name, (video, truth) in own.items() for row in _signs(name, video, truth, params, models, kept)]
         figures[group] = compared(rows, data.seed) | {"rows": rows}
     return Result(
-        "first_sight",
         data="The sample drives, the clips of *Real clips* and the simulated approaches of *Under stress*. The sample "
         "drives are rendered and begin far from their signs; most approaches begin where their sign is large enough to "
         "detect. A sign's width is its annotated width in the first frame in which a track lies on it at IoU 0.5.",
@@ -141,10 +138,8 @@ def _signs(
 
 
 def _tracked(video: Path, truth: TrackTable, params: Params, components: Components) -> dict[int, float | None]:
-    with tempfile.TemporaryDirectory(prefix="tsr-first-") as folder:
-        csv = Path(folder) / "rows.csv"
-        report = track_video(RunRequest(video, params, csv=csv), components)
-        return first_widths(truth.cut(report.width, report.height), read_results(csv), report.frames)
+    report, rows = track_rows(video, params, components)
+    return first_widths(truth.cut(report.width, report.height), rows, report.frames)
 
 
 def _report(result: Result) -> str:

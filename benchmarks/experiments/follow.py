@@ -12,14 +12,15 @@ import cv2
 import numpy as np
 
 from benchmarks.cache import Cache, code, digest_of, file_digest
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.following.figures import MAX_ACTIONS, actions, figures_of, lines_needed, mean_of
 from benchmarks.following.long_video import flat_memory
 from benchmarks.following.methods import PEERS, follow_with_engine, follow_with_peer, interpolate_linearly, legacy
 from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
 from benchmarks.peers.detection_gaps import Follower
 from benchmarks.peers.multi_object_trackers import Missing
-from benchmarks.videos.approaches import read_looming
+from benchmarks.reporting.markdown import table
+from benchmarks.videos.approaches import judged_approaches, read_approaches
 from benchmarks.videos.clips import read_clips
 from tsr_engine.follow import FollowerModels
 from tsr_engine.follow_video import load_follower
@@ -73,15 +74,14 @@ def _videos(data: Data) -> Iterator[_Video]:
     for name, (path, truth) in read_clips(data.need("clips")).items():
         if name not in TUNED_ON:
             yield _Video(CLIPS, path, truth)
-    tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
-    approaches = read_looming(data.need("looming"), without=tuned, each=EACH)
+    approaches = judged_approaches(data, EACH)
     for name, (path, truth) in approaches.videos.items():
         yield _Video(approaches.stress[name], path, truth)
     for name, (path, truth) in approaches.videos.items():
         if approaches.stress[name] in ("steady", "shake"):
             yield _Video(GONE, path, truth, True)
     if data.boards is not None:
-        for path, truth in read_looming(data.need("boards"), without=TUNED_BOARDS, each=EACH).videos.values():
+        for path, truth in read_approaches(data.need("boards"), without=TUNED_BOARDS, each=EACH).videos.values():
             yield _Video("no label set", path, truth)
 
 
@@ -127,7 +127,6 @@ def _run(data: Data) -> Result:
         "missing": missing,
     }
     return Result(
-        "follow",
         data=f"Signs: {', '.join(f'{n} ({group})' for group, n in signs.items())}. Clips: annotated dash-cam clips "
         f"except {', '.join(TUNED_ON)}, which values were chosen on; with signs of all kinds, also of none of the 43 "
         "classes. The approaches are simulated and show scenes that no value was chosen on. *Painted over*: approaches "

@@ -10,12 +10,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.experiments.follow import TUNED_BOARDS
 from benchmarks.following.figures import figures_of, mean_of, overlaps
 from benchmarks.following.methods import KltBox, follow_with_engine, follow_with_peer
 from benchmarks.following.visible_signs import POSITIONS, Sign, signs_of
-from benchmarks.videos.approaches import read_looming
+from benchmarks.reporting.markdown import table
+from benchmarks.videos.approaches import judged_approaches, read_approaches
 from tsr_engine.follow_video import load_follower
 from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonObject
@@ -32,12 +33,11 @@ BOARDS = "no label set"
 
 
 def _videos(data: Data) -> Iterator[tuple[str, Path, TrackTable, range]]:
-    tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
-    approaches = read_looming(data.need("looming"), without=tuned)
+    approaches = judged_approaches(data)
     for name, (path, truth) in approaches.videos.items():
         yield approaches.stress[name], path, truth, approaches.hidden[name]
     if data.boards is not None:
-        boards = read_looming(data.boards, without=TUNED_BOARDS)
+        boards = read_approaches(data.boards, without=TUNED_BOARDS)
         for name, (path, truth) in boards.videos.items():
             yield BOARDS, path, truth, boards.hidden[name]
 
@@ -76,7 +76,6 @@ def _run(data: Data) -> Result:
         for group in groups
     }
     return Result(
-        "follow_approaches",
         data="All simulated approaches, under each stress, to scenes that no value was chosen on, and approaches to "
         f"signs of no label set in photographs that no value was chosen on. In each, the {SIGNS} signs that become "
         "widest are drawn where nothing occludes them.",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.following.visible_signs import signs_of
+from benchmarks.reporting.markdown import met, table
 from benchmarks.review.browser_session import BrowserSession, open_browser_session
 from benchmarks.review.faulty_runs import Case
 from benchmarks.review.following_actions import draw_missed, extend_late_tracks, time_first_proposal
@@ -44,7 +44,6 @@ def _run(data: Data) -> Result:
             if "first" not in figures:
                 figures["first"] = time_first_proposal(session, added["id"], cases, PRESSES, data.seed)
     return Result(
-        "follow_page",
         data="The sample drives. The ground truth of each sign that is visible for "
         f"{_MIN_FRAMES} frames becomes a track. *Late*: the track begins with the last third of the sign's life. "
         f"*Missed*: the track is absent. The first proposed box: T is pressed {PRESSES} times on the first sample "
@@ -77,7 +76,7 @@ def _report(result: Result) -> str:
                 str(len(counts)),
                 f"{np.mean(counts):.2f}",
                 str(max(counts)),
-                f"{bar}, {_met(max(counts) <= bar)}",
+                f"{bar}, {met(max(counts) <= bar)}",
                 f"{np.mean([row['share'] for row in f[kind]]):.3f}",
                 " ".join(f"`{key}`" for key in max((row["actions"] for row in f[kind]), key=len)),
             ]
@@ -86,18 +85,10 @@ def _report(result: Result) -> str:
     return table(rows) + (
         "\n*Right afterwards*: share of the sign's life with an IoU of 0.7 after the proposed boxes are accepted.\n\n"
         f"From the key to the first proposed box on the screen: {p50:.0f} ms (median of {len(f['first']['ms'])}), "
-        f"{p95:.0f} ms (95 %); bar {MAX_FIRST_MS:.0f} ms, {_met(p95 <= MAX_FIRST_MS)}, "
+        f"{p95:.0f} ms (95 %); bar {MAX_FIRST_MS:.0f} ms, {met(p95 <= MAX_FIRST_MS)}, "
         f"at a load of {f['first']['load']:.1f} on {result.machine['cores']} cores. "
-        f"Each: {_list(f['first']['ms'])} ms.\n"
+        f"Each: {', '.join(f'{ms:.0f}' for ms in sorted(f['first']['ms']))} ms.\n"
     )
-
-
-def _met(holds: bool) -> str:
-    return "met" if holds else "missed"
-
-
-def _list(times: Sequence[float]) -> str:
-    return ", ".join(f"{ms:.0f}" for ms in sorted(times))
 
 
 EXPERIMENT = Experiment(

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks.cache import Cache
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.experiments.trackers import CHOSEN_ON, annotated, ideal, tuning_approaches
 from benchmarks.peers.multi_object_trackers import PEERS, Missing, rows_of, version
 from benchmarks.peers.tuning import tune
-from benchmarks.reporting.plotting import legend_below, saved_figure
+from benchmarks.reporting.markdown import table
+from benchmarks.reporting.plotting import legend_below, saved_figures
 from benchmarks.videos.engine_tracker import filter_alone
 from benchmarks.videos.stored_detections import DetectedVideo, detect_videos, every_nth_frame_of
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
@@ -71,7 +70,6 @@ def _run(data: Data) -> Result:
     approaches = sum(_group(s) == "approaches" for s in seen)
     also = f"no simulated approach: {without.rstrip('.')}" if without else f"{approaches} simulated approaches"
     return Result(
-        "frame_rates",
         data="The videos of *Trackers on identical detections* (clips held out, clips chosen on, and "
         f"{also}), with every frame, every second, every third and every fourth frame. Our tracker is the Kalman "
         "filter alone.",
@@ -157,8 +155,8 @@ def _loss(ours: JsonMapping, theirs: JsonMapping) -> str:
 
 def _plot(result: Result, path: Path) -> None:
     groups = result.figures["groups"]
-    with saved_figure(path, across=len(groups), size=(4.0, 3.4)) as all_axes:
-        for axes, (group, steps) in zip(np.atleast_1d(all_axes), _in_order(groups), strict=True):
+    with saved_figures(path, len(groups), (4.0, 3.4)) as all_axes:
+        for axes, (group, steps) in zip(all_axes, _in_order(groups), strict=True):
             for name in _names(steps):
                 style = "-" if name in (OURS, BEFORE) else "--"
                 axes.plot(
@@ -167,8 +165,8 @@ def _plot(result: Result, path: Path) -> None:
             axes.set_xticks([int(s) for s in steps])
             axes.set_title(group)
             axes.set_xlabel("one frame of")
-        np.atleast_1d(all_axes)[0].set_ylabel("mean Eq. 7")
-        legend_below(np.atleast_1d(all_axes)[0])
+        all_axes[0].set_ylabel("mean Eq. 7")
+        legend_below(all_axes[0])
 
 
 EXPERIMENT = Experiment(

@@ -2,56 +2,45 @@
 
 from __future__ import annotations
 
-import hashlib
-import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.cache import code
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.classifiers.stored import FOLDS, TRAINING_CODE, crop_time, folds, stored_classifier, training_digest
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import saved_figure
 from tsr_engine.evaluation.fusion import MODES, Mode, TrackVotes, evaluate_fusion, track_votes
-from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items, read_picture
-from tsr_engine.io.models import load_component, save_component
+from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.io.models import Component
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.fusion import FusionParams
-from tsr_engine.pipeline import one_blas_thread
-from tsr_engine.recognition.classifier import SignClassifier
-from tsr_engine.recognition.crops import cut
+from tsr_engine.recognition.classifier import COMPONENT, SignClassifier
 from tsr_engine.training.classifier import ClassifierSettings, train_on_split
 from tsr_engine.training.classifier_augmentation import load_crop
 
-__all__ = ["EXPERIMENT", "FOLDS", "crop_time"]
+__all__ = ["EXPERIMENT"]
 
 FRAME_COUNTS = (1, 2, 3, 5, 8, 12, 16, 20, 25, 30)
-TIMED = 1000
-"""Number of crops to classify one by one, for the time."""
-FOLDS = 4
-"""Number of parts of the signs; each is held out once. The first is the split that `tsr train` reports on."""
 DELTAS = (15, 18, 20, 22, 24, 26, 28, 30)
 """Tried widths of Eq. 5, px: the paper's range."""
 BY_SCALE: tuple[Mode, ...] = ("clamped", "scale")
 """Weights by scale: as shipped, and Eq. 5 of the paper."""
-TRAINED_BY = ("io", "recognition", "training")
-"""Parts of the engine that a classifier depends on; a change of their code makes stored classifiers invalid."""
 
 
 def _run(data: Data) -> Result:
-    items = [item for item in read_items(data.need("gtsrb")) if item.track is not None]
     settings = ClassifierSettings(held_out=1 / FOLDS, refit_steps=0)
     votes: list[list[TrackVotes]] = []
     crop_ms = 0.0
-    for number, held in enumerate(folds_by_track(items, FOLDS, data.seed)):
-        classifier = _trained_without(items, held, settings, data, number)
+    for number, (train, held) in enumerate(folds(data)):
+        classifier = _trained(train, held, settings, data, number)
         crop_ms = crop_ms or crop_time(held, classifier)
         votes.append(track_votes(held, classifier))
     each = [evaluate_fusion(of_fold, Params().fusion) for of_fold in votes]
     pooled = evaluate_fusion([track for of_fold in votes for track in of_fold], Params().fusion)
     return Result(
-        "fusion",
         data=f"GTSRB training set, split by physical sign: {each[0].tracks} signs held out; the classifier was "
         f"trained on the others (the shipped one on all). Then each of {FOLDS} parts is held out in "
         f"turn, so that each of the {pooled.tracks} signs is classified once.",
@@ -80,31 +69,17 @@ def _against_equal(votes: Sequence[TrackVotes], delta: float) -> dict[str, dict[
     return found
 
 
-def _trained_without(
-    items: Sequence[CropItem], held: Sequence[CropItem], settings: ClassifierSettings, data: Data, number: int
+def _trained(
+    train: Sequence[CropItem], held: Sequence[CropItem], settings: ClassifierSettings, data: Data, number: int
 ) -> SignClassifier:
-    """The classifier that was trained without the tracks of one part; part 0 is the split of `tsr train`."""
-    made_by = hashlib.sha256(f"{code(TRAINED_BY)} {settings}".encode()).hexdigest()[:12]
-    kept = data.scratch / f"classifier-fold-{data.seed}-{number}-{made_by}"
-    if not (kept / "manifest.json").is_file():
-        tracks = {item.track for item in held}
-        crops = [load_crop(item) for item in items if item.track not in tracks]
-        save_component(train_on_split(crops, [load_crop(item) for item in held], settings, data.seed), kept)
-    return SignClassifier.from_component(load_component("classifier", kept))
+    """The classifier without the signs of one part."""
 
+    def component() -> Component:
+        crops, held_crops = ([load_crop(item) for item in items] for items in (train, held))
+        return train_on_split(crops, held_crops, settings, data.seed)
 
-def crop_time(items: Sequence[CropItem], classifier: SignClassifier) -> float:
-    """Median CPU time to classify one crop on one thread, from cutting to the class, ms."""
-    taken = []
-    with one_blas_thread():
-        for item in items[:: max(1, len(items) // TIMED)]:
-            picture, box = read_picture(item), item.roi
-            if box is None:
-                continue
-            began = time.thread_time()
-            classifier.probabilities([cut(picture, box, classifier.margin)])
-            taken.append(time.thread_time() - began)
-    return round(1e3 * float(np.median(taken)), 3)
+    folder = data.scratch / f"classifier-fold-{data.seed}-{number}-{training_digest(TRAINING_CODE, settings)}"
+    return stored_classifier(folder, COMPONENT, component)
 
 
 def _report(result: Result) -> str:

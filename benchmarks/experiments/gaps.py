@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from benchmarks.cache import Cache
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.experiments.trackers import annotated
 from benchmarks.peers.detection_gaps import (
     LEAD_IN,
@@ -27,8 +27,8 @@ from benchmarks.peers.detection_gaps import (
 )
 from benchmarks.peers.multi_object_trackers import Missing
 from benchmarks.peers.opencv_trackers import GENERIC, maker
-from benchmarks.reporting.against_paper import number
-from benchmarks.reporting.plotting import legend_below, saved_figure
+from benchmarks.reporting.markdown import number, table
+from benchmarks.reporting.plotting import legend_below, saved_figures
 from benchmarks.videos.engine_tracker import identity
 from benchmarks.videos.stored_detections import DetectedVideo, detect_videos, pictures
 from benchmarks.videos.tracked_clips import CONFIGURATIONS, PAPER_KF
@@ -100,7 +100,6 @@ def _run(data: Data) -> Result:
     }
     also = f"; no simulated approach: {without.rstrip('.')}" if without else ""
     return Result(
-        "gaps",
         data=f"Starts on signs: {', '.join(f'{n} on {g}' for g, n in starts.items())}"
         f"{also}. Our tracker has {LEAD_IN} frames with detections before the gap; a generic tracker starts from the "
         "last detection of the sign. No tracker gets a detection in the gap. Times are CPU ms.",
@@ -248,8 +247,8 @@ _MARKERS = "osD^vPX*<>"
 
 def _plot(result: Result, path: Path) -> None:
     groups = result.figures["groups"]
-    with saved_figure(path, across=len(groups), size=(4.0, 3.4)) as found:
-        for axes, (group, by_name) in zip(np.atleast_1d(found), _groups(groups), strict=True):
+    with saved_figures(path, len(groups), (4.0, 3.4)) as all_axes:
+        for axes, (group, by_name) in zip(all_axes, _groups(groups), strict=True):
             for name, marker in zip(_order(by_name), cycle(_MARKERS)):
                 figures = by_name[name]
                 here = [n for n in LENGTHS if figures[str(n)]["gaps"]]
@@ -258,7 +257,7 @@ def _plot(result: Result, path: Path) -> None:
                     here, [figures[str(n)]["error"] for n in here], style, marker=marker, markersize=4, label=name
                 )
             axes.set(title=group, xlabel="frames without detections", ylabel="mean Eq. 7 at the end", ylim=(0, 1))
-        legend_below(np.atleast_1d(found)[0], 5)
+        legend_below(all_axes[0], 5)
 
 
 EXPERIMENT = Experiment(

@@ -46,7 +46,7 @@ def _run(data: Data) -> Result:
     names = sorted(by_clip)
     # The best tau of each half is judged on the other half. Clips that show the same signs are in the same half: those
     # held out, and those that parameters were chosen on.
-    groups = list(clip_groups(names).values())
+    groups = [list(group) for group in clip_groups(by_clip).values()]
     halves = (groups[0], groups[1]) if len(groups) == 2 else (names[::2], names[1::2])
     judged = []
     for mine, others in (halves, halves[::-1]):
@@ -55,7 +55,6 @@ def _run(data: Data) -> Result:
         judged.append({"tau": best, "correct": float(np.interp(best, other.tau, other.correct))})
     curve = collection_curve([t for n in names for t in by_clip[n]], TAU)
     return Result(
-        "gate",
         data=f"Candidates around the annotated signs of {len(names)} clips. The tau chosen on {', '.join(halves[0])} "
         f"is tested on {', '.join(halves[1])}, and vice versa.",
         figures={

@@ -9,15 +9,15 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from benchmarks.experiment import ROOT, Data, Experiment, Result, table
+from benchmarks.experiment import ROOT, Data, Experiment, Result
 from benchmarks.reporting.contact_sheet import Cell, write_sheet
+from benchmarks.reporting.markdown import class_name, table
 from benchmarks.systems.held_out_scenes import held_out
 from tsr_engine.evaluation.detection import match, score_detections
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
 from tsr_engine.records import FloatArray, Picture
 
 __all__ = ["EXPERIMENT", "Seen", "misses", "reason"]
@@ -110,7 +110,6 @@ def _run(data: Data) -> Result:
     write_sheet(SHEET, cells, margin=MARGIN)
     signs = [(one.scene.boxes[:, 2] - one.scene.boxes[:, 0]) for one in seen]
     return Result(
-        "misses",
         data=f"The {len(seen)} report scenes of GTSDB, with the stored detections of the model that was trained "
         "without them.",
         figures={
@@ -163,8 +162,9 @@ def _report(result: Result) -> str:
     bins.append(["missed", *(str(b["missed"]) for b in f["by_width"])])
     rows = [["", "scene", "sign", "width, px", "why"]]
     for number, m in enumerate(f["missed"], 1):
-        name = SIGN_CLASSES[m["class"]].name if 0 <= m["class"] < len(SIGN_CLASSES) else "no class"
-        rows.append([str(number), m["picture"], name, f"{m['width']:.0f}", reason(m, m["contrast"])])
+        rows.append([
+            str(number), m["picture"], class_name(m["class"]), f"{m['width']:.0f}", reason(m, m["contrast"])
+        ])  # fmt: skip
     return "\n".join((
         f"At {RATE} false detections a picture (score {f['threshold']:.2f}) {len(f['missed'])} of {f['signs']} signs "
         f"are missed, and {len(f['false'])} detections lie on no annotated sign (F in the sheet). Detections on "

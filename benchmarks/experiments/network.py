@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.classifiers.networks import trained_on
-from benchmarks.experiment import Data, Experiment, Result, table
-from benchmarks.experiments.fusion import FOLDS, crop_time
+from benchmarks.classifiers.stored import FOLDS, crop_time, folds
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from tsr_engine.evaluation.fusion import evaluate_fusion, track_votes
-from tsr_engine.io.gtsrb import folds_by_track, read_items
 from tsr_engine.params import Params
 from tsr_engine.training.classifier import load_all
 from tsr_engine.training.classifier_figures import held_out_figures
@@ -19,21 +19,17 @@ FIGURES = ("accuracy", "accuracy_shaken_boxes", "negative_log_likelihood")
 
 
 def _run(data: Data) -> Result:
-    items = [item for item in read_items(data.need("gtsrb")) if item.track is not None]
     votes, each = [], []
     crop_ms = 0.0
-    for number, held in enumerate(folds_by_track(items, FOLDS, data.seed)):
-        apart = {item.track for item in held}
-        rest = [item for item in items if item.track not in apart]
-        classifier = trained_on(rest, held, data, f"network-fold-{number}")
+    for number, (train, held) in enumerate(folds(data)):
+        classifier = trained_on(train, held, data, f"network-fold-{number}")
         crop_ms = crop_ms or crop_time(held, classifier)
         _, figures = held_out_figures(classifier, load_all(held, lambda *_: None, ""), data.seed)
-        each.append({**figures, "tracks": len(apart)})
+        each.append({**figures, "tracks": len({item.track for item in held})})
         votes += track_votes(held, classifier)
     report = evaluate_fusion(votes, Params().fusion)
     crops = np.array([one["crops"] for one in each])
     return Result(
-        "network",
         data=f"GTSRB training set, split by physical sign: each of {FOLDS} parts is held out once and classified by a "
         "network that was trained on the others.",
         figures={

@@ -11,7 +11,8 @@ from typing import Final
 import cv2
 import numpy as np
 
-from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, table
+from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip
+from benchmarks.reporting.markdown import table
 from benchmarks.timing.alternating import scenes_in_turn
 from tsr_engine.detection.other_shapes import COMPONENT, OtherShapes
 from tsr_engine.evaluation.detection import match
@@ -160,7 +161,6 @@ def _run(data: Data) -> Result:
             if (folder / "boxes.json").is_file()
         }
     return Result(
-        "other_shapes",
         data="GTSDB's training scenes with the annotations of other signs (docs/annotations-gtsdb.md): "
         f"{cv['signs']} upright signs from {MIN_SIGN_PX} px in {cv['pictures']} scenes, IoU 0.5. Each of "
         f"{component.data['figures_from']['parts']} parts of the scenes is tested with a model trained on the rest. "

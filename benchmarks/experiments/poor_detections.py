@@ -12,12 +12,12 @@ import numpy as np
 
 from benchmarks.cache import Cache, file_digest
 from benchmarks.corruptions.detections import MEAN_MISSED_RUN, Degradation, bisect_increasing, degrade
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.experiments.ablations import paired
 from benchmarks.experiments.gate import TAU
 from benchmarks.reporting import paper_figures as paper
-from benchmarks.reporting.against_paper import number
-from benchmarks.videos.approaches import LoomingClips, read_looming
+from benchmarks.reporting.markdown import change_text, number, table
+from benchmarks.videos.approaches import Approaches, read_approaches
 from benchmarks.videos.engine_tracker import filter_alone
 from benchmarks.videos.report_cache import ResultCache
 from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
@@ -59,8 +59,8 @@ ALONE: Final = {"paper": PAPER_KF, "default": KF}
 
 
 def _run(data: Data) -> Result:
-    tuned = read_looming(data.need("tuning"))
-    clips = read_looming(data.need("looming"), without=tuned.scenes, each=EACH)
+    tuned = read_approaches(data.need("tuning"))
+    clips = read_approaches(data.need("looming"), without=tuned.scenes, each=EACH)
     kept = Cache(data.scratch / "peers")
     files = [[name, file_digest(path)] for name, (path, _) in tuned.videos.items()]
     tau, collected = kept.get(["tau", files, SIGNS, data.seed], partial(paper_tau, tuned, data.seed))
@@ -76,7 +76,6 @@ def _run(data: Data) -> Result:
         kind: {"worse": how, "rows": _figures(seen, Degradation(**how), rows, data)} for kind, how in kinds.items()
     }
     return Result(
-        "poor_detections",
         data=f"{len(seen)} simulated approaches (seed {clips.seed}) to scenes that no parameter was chosen on, with "
         f"{SEEDS} random draws of degraded detections each. All rows get the same detections.",
         figures={"tau": tau, "collected": collected, "kinds": figures},
@@ -97,7 +96,7 @@ def _rows(tau: float) -> dict[str, Params]:
     }
 
 
-def paper_tau(clips: LoomingClips, seed: int) -> tuple[float, float]:
+def paper_tau(clips: Approaches, seed: int) -> tuple[float, float]:
     """Tau by the paper's procedure (Fig. 8), and its correct collection rate.
 
     For a sign known up to frame k, the candidates in frame k + 1 are the sign, slightly misplaced copies, and 20
@@ -211,8 +210,8 @@ def _report(result: Result) -> str:
             one = found["rows"][name]
             shared = one.get("shared", {})
             rows.append([
-                name, number(one["mean_error"], 4), _change(one.get("change")),
-                number(one["mean_error_followed"], 4), _change(one.get("change_followed")),
+                name, number(one["mean_error"], 4), change_text(one.get("change")),
+                number(one["mean_error_followed"], 4), change_text(one.get("change_followed")),
                 number(one["coverage"], 3), number(one["ids_per_sign"], 2), str(one["false_tracks"]),
                 number(shared.get("ours"), 4), number(shared.get("theirs"), 4),
             ])  # fmt: skip
@@ -259,10 +258,6 @@ def _order(rows: JsonMapping) -> list[str]:
     """The paper's rows first, each filter alone before the others of its preset; stored results have no order."""
     alone = list(ALONE.values())
     return sorted(rows, key=lambda name: (not name.startswith("paper") and name != PAPER_KF, name not in alone, name))
-
-
-def _change(change: JsonMapping | None) -> str:
-    return "-" if change is None else f"{change['change']:+.4f} ({change['low']:+.4f} to {change['high']:+.4f})"
 
 
 def _how(found: JsonMapping) -> str:

@@ -33,7 +33,6 @@ def _run(data: Data) -> Result:
     at = prior[cells[:, 1], cells[:, 0]]
     area = {str(share): float((prior >= np.quantile(at, 1 - share)).mean()) for share in (0.5, 0.9, 0.99)}
     return Result(
-        "prior",
         data=f"GTSDB: the density is estimated from {len(train) + len(calibrate)} scenes and tested on the "
         f"{len(held)} signs of the other {len(report)}.",
         figures={

@@ -10,8 +10,9 @@ from typing import Final, get_args
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.experiments.other_shapes import read_boxes
+from benchmarks.reporting.markdown import table
 from benchmarks.timing.alternating import pipeline_beside
 from benchmarks.timing.looped_video import base_clip
 from benchmarks.videos.clips import read_clips
@@ -104,7 +105,6 @@ def _run(data: Data) -> Result:
         times = _times([crop.pixels for crops in sets.values() for crop in crops], readers)
     engine, in_view = engine_times(base_clip(data.scratch / "looped", FRAMES))
     return Result(
-        "readers",
         data="Signs of the 43 classes, cropped at their annotated boxes. Annotated clips: every frame from "
         f"{WIDTH} px on, with the votes of a sign fused. Pictures of other cameras: upright signs from 20 px on. "
         "GTSDB: the scenes that training reports on. Classifier and network were trained on GTSRB, whose tracks come "

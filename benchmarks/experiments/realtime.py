@@ -10,10 +10,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.experiments.first_sight import first_matches
+from benchmarks.reporting.markdown import number, table
 from benchmarks.timing.looped_video import RATE, SIZE, base_clip
-from benchmarks.videos.approaches import EACH, read_looming
+from benchmarks.videos.approaches import EACH, read_approaches
 from benchmarks.videos.clips import clip_groups, read_clips
 from benchmarks.videos.report_cache import ResultCache
 from benchmarks.videos.tracked_clips import Videos
@@ -47,15 +48,13 @@ def _run(data: Data) -> Result:
     figures: JsonObject = {"times": _times(data.scratch / "realtime"), "price": {}}
     groups: dict[str, Videos] = {}
     if data.clips is not None and data.clips.is_dir():
-        clips = read_clips(data.clips)
-        groups |= {f"clips {g}": {n: clips[n] for n in names} for g, names in clip_groups(list(clips)).items()}
+        groups |= {f"clips {group}": own for group, own in clip_groups(read_clips(data.clips)).items()}
     if data.looming is not None and data.looming.is_dir():
-        groups["approaches"] = read_looming(data.looming, each=EACH).videos
+        groups["approaches"] = read_approaches(data.looming, each=EACH).videos
     for group, videos in groups.items():
         figures["price"][group] = _price(videos, data.scratch / "realtime", 0)
         figures["price"][f"{group}, from frame {LATER_START}"] = _price(videos, data.scratch / "realtime", LATER_START)
     return Result(
-        "realtime",
         data=f"Time: the first {FRAMES} frames of the sample drive `{SHIPPED[0].video.stem}`, enlarged; CPU time of "
         "the whole process, median over frames. Cost in signs: "
         + ("; ".join(f"{name}: {len(videos)} videos" for name, videos in groups.items()) or "no annotated videos given")
@@ -220,8 +219,8 @@ def _report_price(group: str, found: JsonMapping) -> str:
     for name, f in found.items():
         rows.append([
             name, f"{f['signs_detected']} of {f['signs']}", str(f["false_tracks"]), _share(f["coverage"]),
-            _number(f["ids_per_sign"], 2), _number(f["mean_error"], 4), str(f["signs_classified"]),
-            _number(f["first_seen_width"], 1), f"{_number(f['later_mean'], 2)}, {f['later_most']}",
+            number(f["ids_per_sign"], 2), number(f["mean_error"], 4), str(f["signs_classified"]),
+            number(f["first_seen_width"], 1), f"{number(f['later_mean'], 2)}, {f['later_most']}",
         ])  # fmt: skip
         for how in ("lost", "won"):
             notes += [f"- {name}: {how} sign {sign} of {video}.\n" for video, sign in f[how]]
@@ -230,10 +229,6 @@ def _report_price(group: str, found: JsonMapping) -> str:
 
 def _share(value: float | None) -> str:
     return "-" if value is None else f"{100 * value:.1f} %"
-
-
-def _number(value: float | None, digits: int) -> str:
-    return "-" if value is None else f"{value:.{digits}f}"
 
 
 def _headline(result: Result) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from benchmarks.timing.recordings import FRAMES, HEIGHT, KINDS, MOST_MB, MOST_SECONDS, WIDTH, measure
 
 __all__ = ["EXPERIMENT"]
@@ -16,7 +17,6 @@ def _run(data: Data) -> Result:
     work.mkdir(parents=True, exist_ok=True)
     found = [measure(kind, work, clips, TIMES) for kind in KINDS]
     return Result(
-        "recordings",
         data=f"{FRAMES} frames of {WIDTH}x{HEIGHT}: the clips with the fewest and with the most bytes a frame, each "
         "repeated and tracked with the `default` preset. A recording has every layer, the series, the events and the "
         "picture.",

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.corruptions.video import corrected, dimmed
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
+from benchmarks.reporting.markdown import short_number, table
 from benchmarks.videos.clips import clip_groups, read_clips
+from benchmarks.videos.tracked_rows import track_rows
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.prior import SpatialPrior
-from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.io.models import SHIPPED, load_component
@@ -21,7 +22,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
-from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 from tsr_engine.training.corrections import Sampling, corrected_scenes
 from tsr_engine.training.exports import OpenedExport
@@ -48,7 +48,7 @@ CAMERAS = ("as filmed", "dim camera")
 
 def _run(data: Data) -> Result:
     pairs = read_clips(data.need("clips"))
-    groups = clip_groups(list(pairs))
+    groups = clip_groups(pairs)
     if len(groups) < 2:
         raise Skip("the folder `clips` lacks clips to correct or clips to report on.")
     figures = {}
@@ -61,7 +61,6 @@ def _run(data: Data) -> Result:
             }
             figures[camera] = _loop(filmed, groups, work, data)
     return Result(
-        "retraining",
         data=f"The annotations of {', '.join(groups['chosen on'])} serve as a person's corrections. A version is "
         "refined from them and compared with the shipped one that it started from on "
         f"{', '.join(groups['held out'])}. No parameter was chosen on these (but two of them are why the classifier "
@@ -103,12 +102,12 @@ def _judged(held: Pairs, models: Path, work: Path) -> JsonObject:
         scenes,
         _unwatched,
     )
-    params, rows = Params.preset("default"), work / "rows.csv"
+    params = Params.preset("default")
     parts = load_components(params, models)
     reports = []
     for name, (path, truth) in held.items():
-        run = track_video(RunRequest(path, params, csv=rows), parts)
-        reports.append(evaluate_video(name, truth, read_results(rows), run.frames, size=(run.width, run.height)))
+        run, rows = track_rows(path, params, parts)
+        reports.append(evaluate_video(name, truth, rows, run.frames, size=(run.width, run.height)))
     return found | summarise(reports).as_dict()
 
 
@@ -119,7 +118,7 @@ def _report(result: Result) -> str:
         rows.append([heading, *(_cell(f[when], key) for f in cameras.values() for when in ("before", "after"))])
     if all(f["gtsdb"] for f in cameras.values()):
         for key, heading in (("ap50", "150 GTSDB scenes: AP"), ("mean_eq7", "150 GTSDB scenes: mean Eq. 7")):
-            cells = (_number(f["gtsdb"][version][key]) for f in cameras.values() for version in ("parent", "new"))
+            cells = (short_number(f["gtsdb"][version][key]) for f in cameras.values() for version in ("parent", "new"))
             rows.append([heading, *cells])
     gains = []
     for camera, f in cameras.items():
@@ -142,11 +141,7 @@ def _report(result: Result) -> str:
 def _cell(figures: JsonMapping, key: str) -> str:
     if key in ("signs_detected", "signs_classified"):
         return f"{figures[key]} of {figures['signs']}"
-    return _number(figures[key])
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else str(value) if isinstance(value, int) else f"{value:.4f}"
+    return "-" if figures[key] is None else short_number(figures[key])
 
 
 def _by(share: float) -> str:

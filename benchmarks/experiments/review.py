@@ -5,7 +5,8 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from benchmarks.review.browser_session import open_browser_session, open_review
 from benchmarks.review.first_use import first_correction
 from benchmarks.review.interaction_times import measure_early_seeks, measure_handling
@@ -61,7 +62,6 @@ def _run(data: Data) -> Result:
         clip, figures["clip"] = _clip(data, place / "clip")
         figures["long"] = _long(place / "long")
     return Result(
-        "review",
         data=f"The sample drive in a new data folder; {clip} with its ground truth as boxes; a synthetic drive of "
         "132,400 frames with 5,000 tracks. Headless Chromium without a GPU, 1280x720, on the machine of the server.",
         figures=figures,

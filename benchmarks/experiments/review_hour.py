@@ -6,7 +6,8 @@ import os
 import tempfile
 from pathlib import Path
 
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import saved_figure
 from benchmarks.review.browser_session import open_browser_session
 from benchmarks.review.long_drive import measure_long_play
@@ -27,7 +28,6 @@ def _run(data: Data) -> Result:
         with open_browser_session(home, (home,), sample=False) as session:
             playing = measure_long_play(session, made.video_id, made.run_id, minutes)
     return Result(
-        "review_hour",
         data=f"A synthetic drive of 132,400 frames with 5,000 tracks, played for {minutes:g} minutes as fast as "
         "pictures arrive, in a browser without a network debugger (one would keep some kB a request).",
         figures={"playing": playing},

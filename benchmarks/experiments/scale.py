@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from benchmarks.experiment import ROOT, Data, Experiment, Result, table
-from benchmarks.reporting.plotting import saved_figure
+from benchmarks.experiment import ROOT, Data, Experiment, Result
+from benchmarks.reporting.markdown import table
+from benchmarks.reporting.plotting import saved_figures
 from benchmarks.timing.growth import exponent, picture_cost, sign_cost, sign_faces
 from benchmarks.timing.long_run import DETECTION_PERIOD, NOTES
 from benchmarks.timing.looped_video import RATE, SIZE, base_clip, cut_out, looped
@@ -61,7 +62,6 @@ def _run(data: Data) -> Result:
     figures["sizes"] = {f"{w}x{h}": round(ms, 3) for (w, h), ms in sizes.items()}
     figures["sizes_exponent"] = round(exponent([w * h for w, h in sizes], list(sizes.values())), 3)
     return Result(
-        "scale",
         data=f"A drive of {LONGEST:,} frames of {SIZE[0]}x{SIZE[1]}: {BASE} frames of the two sample drives, "
         f"{TURNS} times in one file. *Everything* is `tsr track` with evidence on that file, as far as the given time "
         "allows. *After detection*: decoding, detection and camera shift are computed once for the "
@@ -133,7 +133,7 @@ def _verdict(figures: JsonMapping) -> str:
 
 def _plot(result: Result, path: Path) -> None:
     f = result.figures
-    with saved_figure(path, across=3, size=(3.6, 3.2)) as (length, signs, sizes):
+    with saved_figures(path, 3, (3.6, 3.2)) as (length, signs, sizes):
         for kind, title in (("real", "everything"), ("repeated", "after detection")):
             if not f[kind]:
                 continue

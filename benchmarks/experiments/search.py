@@ -7,7 +7,8 @@ import time
 from pathlib import Path
 
 from app.storage.database import Database
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from benchmarks.timing.search import MAX_MS, TRACKS_OF_DRIVE, fill, measured, pages, size_mb
 from tsr_engine.json_shapes import JsonObject
 
@@ -28,7 +29,6 @@ def _run(data: Data) -> Result:
         figures["PostgreSQL"] = _on(os.environ[POSTGRES], tracks, data.seed)
     file.unlink(missing_ok=True)
     return Result(
-        "search",
         data=f"{tracks:,} tracks in {-(-tracks // TRACKS_OF_DRIVE):,} synthetic drives: 44 labels, 20 people, notes on "
         "2 % of the tracks, an attribute on 4 %, an edit and a document on 40 %. Each answer is a page of 60 with its "
         "count; each question is asked seven times.",

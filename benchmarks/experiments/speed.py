@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from benchmarks.timing.detection import TURNS, shrunk_scenes, stages
 
 __all__ = ["EXPERIMENT"]
@@ -14,7 +15,6 @@ def _run(data: Data) -> Result:
     pictures = shrunk_scenes(data.need("gtsdb"), SCENES)
     figures = stages(pictures)
     return Result(
-        "speed",
         data=f"{len(pictures)} GTSDB scenes shrunk to 720x576, signs from 16 px, one thread. CPU ms: median over the "
         f"scenes of the least of {TURNS} turns. The shipped models and settings.",
         figures=figures,

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
-from benchmarks.experiment import ROOT, Data, Experiment, Result, table
+from benchmarks.experiment import ROOT, Data, Experiment, Result
 from benchmarks.reporting import paper_figures as paper
-from benchmarks.reporting.against_paper import number, share, shortfalls, sign_notes, tables
+from benchmarks.reporting.against_paper import shortfalls, sign_notes, tables
 from benchmarks.reporting.error_sheet import draw_error_sheet
+from benchmarks.reporting.markdown import fraction, number, short_number, table
 from benchmarks.reporting.online_changes import online_changes
-from benchmarks.reporting.plotting import saved_figure
-from benchmarks.videos.approaches import EACH, read_looming
+from benchmarks.reporting.plotting import draw_errors, saved_figure
+from benchmarks.videos.approaches import EACH, judged_approaches
 from benchmarks.videos.tracked_clips import CONFIGURATIONS, PAPER_KF, score
 from tsr_engine.evaluation.tracking import changed_errors, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
@@ -27,8 +26,7 @@ SHEET = ROOT / "figures" / "stress_wrong.png"
 
 
 def _run(data: Data) -> Result:
-    tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
-    clips = read_looming(data.need("looming"), without=tuned, each=EACH)
+    clips = judged_approaches(data, EACH)
     figures: dict[str, JsonObject] = {}
     scores = score(clips.videos, CONFIGURATIONS, data.scratch)
     for name, scored in scores.items():
@@ -41,7 +39,6 @@ def _run(data: Data) -> Result:
         figures["all"][name] |= times
     draw_error_sheet(SHEET, data.scratch, clips.videos, figures["all"]["default"]["notes"])
     return Result(
-        "stress",
         data=f"{len(clips.videos)} simulated approaches (seed {clips.seed}), 720x576: signs and scenes are real "
         "pictures, the motion is exact. The detector was trained on these scenes, so detection is easier than on new "
         "roads; the approaches measure localisation and identity. Coverage and Eq. 7 count "
@@ -58,10 +55,10 @@ def _report(result: Result) -> str:
         for name in CONFIGURATIONS:
             s = by_name[name]
             rows.append([
-                stress if name == "default" else "", name, share(s["signs_detected"], s["signs"]),
+                stress if name == "default" else "", name, fraction(s["signs_detected"], s["signs"]),
                 str(s["false_tracks"]), number(s["ids_per_sign"], 3), number(s["coverage"], 4),
                 number(s["mean_error"], 4), number(s["mean_error_any_width"], 4),
-                share(s["signs_classified"], s["signs_detected"]),
+                fraction(s["signs_classified"], s["signs_detected"]),
             ])  # fmt: skip
     shipped = result.figures["all"]["default"]
     return "\n".join((
@@ -88,9 +85,8 @@ def _bars(figures: Mapping[str, JsonMapping]) -> str:
         if None not in (mine["mean_error"], alone["mean_error"]) and mine["mean_error"] > alone["mean_error"]:
             broken.append(_above(stress, mine, alone))
         if None not in (mine["mean_error"], first["mean_error"]) and mine["mean_error"] >= first["mean_error"]:
-            broken.append(
-                f"{stress}: Eq. 7 {_short(mine['mean_error'])}, not below {_short(first['mean_error'])} of {PAPER_KF}"
-            )
+            own, limit = short_number(mine["mean_error"]), short_number(first["mean_error"])
+            broken.append(f"{stress}: Eq. 7 {own}, not below {limit} of {PAPER_KF}")
         for key, words, better in (
             ("coverage", "coverage", max), ("signs_classified", "signs classified", max),
             ("ids_per_sign", "ids per sign", min), ("false_tracks", "false tracks", min),
@@ -98,7 +94,7 @@ def _bars(figures: Mapping[str, JsonMapping]) -> str:
         ):  # fmt: skip
             a, b = mine[key], theirs[key]
             if a is not None and b is not None and better(a, b) != a:
-                worse.append(f"{stress}: {words} {_short(a)} against {_short(b)}")
+                worse.append(f"{stress}: {words} {short_number(a)} against {short_number(b)}")
     lines = [
         f"Bars (1.05 ids per sign; Eq. 7 below the paper's {paper.EQ7_ONLINE}, below {PAPER_KF} on the same "
         "detections, and not above our own filter's, *KF alone*): "
@@ -119,10 +115,6 @@ def _above(stress: str, mine: JsonMapping, alone: JsonMapping) -> str:
             f"{changed['theirs']:.4f}; {changed['only_ours']} further frames are covered only with the online detector)"
         )
     return text
-
-
-def _short(value: float) -> str:
-    return str(value) if isinstance(value, int) else f"{value:.4f}"
 
 
 def _named(notes: Mapping[str, list[JsonObject]]) -> str:
@@ -148,17 +140,9 @@ def _label(note: JsonMapping) -> str:
 
 
 def _plot(result: Result, path: Path) -> None:
+    figures = result.figures["all"]
     with saved_figure(path) as axes:
-        for name, label in (("KF alone", "KF"), ("default", "KF and online detector")):
-            found = result.figures["all"][name]
-            counts = np.array(found["histogram"], float)
-            edges = np.linspace(0, 1, len(counts) + 1)
-            mean = number(found["mean_error"], 4)
-            axes.stairs(counts / max(counts.sum(), 1), edges, label=f"{label}, mean {mean}", linewidth=1.6)
-        axes.set(
-            xlabel="Eq. 7, share of the box that does not overlap", ylabel="share of matched frames", xlim=(0, 0.5)
-        )
-        axes.legend()
+        draw_errors(axes, figures["KF alone"], figures["default"])
 
 
 EXPERIMENT = Experiment(

@@ -9,7 +9,8 @@ import numpy as np
 from sklearn.svm import SVC
 from threadpoolctl import threadpool_limits
 
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from tsr_engine import IncrementalSVC
 
 __all__ = ["EXPERIMENT"]
@@ -46,7 +47,6 @@ def _run(data: Data) -> Result:
     with threadpool_limits(limits=1):
         rows = [_row(size, data.seed) for size in SIZES]
     return Result(
-        "svm",
         data=f"Random vectors of unit length with {FEATURES} values in two overlapping classes (no pictures), linear "
         f"kernel, C = 1; CPU time of one thread, mean over {STEPS} steps.",
         figures={"rows": rows},

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from benchmarks.systems.trained_systems import TrainedSystem, split, trained
 from tsr_engine.json_shapes import JsonObject
 
@@ -16,7 +17,6 @@ def _run(data: Data) -> Result:
     train, calibrate, report = split(data)
     systems = trained(data)
     return Result(
-        "systems",
         data=f"GTSDB, split by scene as for the shipped detector's figures: {len(train)} scenes train, "
         f"{len(calibrate)} calibrate, the other {len(report)} are reported on in *Detection on unseen scenes*. GTSRB "
         "crops are further training signs, as for our own detector.",

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 
-from benchmarks.cache import code
+from benchmarks.classifiers.stored import TRAINING_CODE, folds, stored_classifier, training_digest
 from benchmarks.classifiers.teaching_labels import FRAMES, HIDDEN, TAUGHT_FROM, base_classifier, teach
-from benchmarks.experiment import Data, Experiment, Result, table
-from tsr_engine.io.gtsrb import CropItem, folds_by_track, read_items
-from tsr_engine.io.models import Component, load_component, save_component
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import met, table
+from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.io.models import Component
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.recognition.classifier import COMPONENT, GEOMETRY, SignClassifier
@@ -17,10 +17,6 @@ from tsr_engine.training.classifier import ClassifierSettings
 
 __all__ = ["EXPERIMENT"]
 
-FOLDS = 4
-"""Parts of the signs; the first is reported on, as for `tsr train`."""
-TRAINED_BY = ("io", "recognition", "training")
-"""Parts of the engine that a classifier depends on: one that others have trained is not judged again."""
 BARS = {"5": 0.90, "20": 0.97}
 """Tracks of each new label -> the share of them that is to be read right."""
 MAX_LOST_POINTS = 0.2
@@ -28,17 +24,14 @@ MAX_LOST_POINTS = 0.2
 
 
 def _run(data: Data) -> Result:
-    items = [item for item in read_items(data.need("gtsrb")) if item.track is not None]
-    held = folds_by_track(items, FOLDS, data.seed)[0]
-    apart = {item.track for item in held}
-    rest = [item for item in items if item.track not in apart]
+    train, held = folds(data)[0]
     keys = default_keys()
     return Result(
-        "teaching",
-        data=f"GTSRB training set, split by physical sign: {len(apart)} signs are reported on. The base classifier was "
-        "trained on the others like the shipped classifier, but without any sign, drawing or mirror image of "
+        data=f"GTSRB training set, split by physical sign: {len({item.track for item in held})} signs are reported on. "
+        "The base classifier was trained on the others like the shipped classifier, but without any sign, drawing or "
+        "mirror image of "
         f"{len(HIDDEN)} labels: {', '.join(keys[number].replace('-', ' ') for number in HIDDEN)}.",
-        figures=teach(_base(rest, held, data), rest, held, data.seed),
+        figures=teach(_base(train, held, data), train, held, data.seed),
         settings={"seed": data.seed, "choices": {str(count): draws for count, draws in TAUGHT_FROM.items()}},
     )
 
@@ -46,14 +39,15 @@ def _run(data: Data) -> Result:
 def _base(items: Sequence[CropItem], held: Sequence[CropItem], data: Data) -> SignClassifier:
     """The classifier without the hidden labels, trained once for a scratch folder."""
     settings = ClassifierSettings()
-    made_by = hashlib.sha256(f"{code(TRAINED_BY)} {settings} {HIDDEN}".encode()).hexdigest()[:12]
-    kept = data.scratch / f"classifier-without-labels-{data.seed}-{made_by}"
-    if not (kept / "manifest.json").is_file():
-        made = base_classifier(items, held, data.seed, settings)
-        arrays = {**made.features.to_arrays(), "weights": made.weights, "bias": made.bias}
-        params = {**GEOMETRY, "temperature": made.temperature, "paired": made.paired}
-        save_component(Component(COMPONENT, arrays, params, {}, {}, data.seed), kept)
-    return SignClassifier.from_component(load_component(COMPONENT, kept))
+
+    def component() -> Component:
+        base = base_classifier(items, held, data.seed, settings)
+        arrays = {**base.features.to_arrays(), "weights": base.weights, "bias": base.bias}
+        params = {**GEOMETRY, "temperature": base.temperature, "paired": base.paired}
+        return Component(COMPONENT, arrays, params, {}, {}, data.seed)
+
+    digest = training_digest(TRAINING_CODE, settings, HIDDEN)
+    return stored_classifier(data.scratch / f"classifier-without-labels-{data.seed}-{digest}", COMPONENT, component)
 
 
 def _report(result: Result) -> str:
@@ -79,11 +73,11 @@ def _verdict(f: JsonMapping) -> str:
         tracks, single = (100 * max(0.0, base[name] - taught[name]) for name in ("old_tracks", "old_single"))
         said.append(
             f"- {count} tracks of each new label: {new:.3f} of the new labels' tracks are classified correctly (bar "
-            f"{bar:.2f}: {'met' if new >= bar else 'missed'}). The other labels lose {tracks:.2f} percentage points of "
-            f"tracks (bar {MAX_LOST_POINTS}: {'met' if tracks <= MAX_LOST_POINTS else 'missed'}) and {single:.2f} of "
+            f"{bar:.2f}: {met(new >= bar)}). The other labels lose {tracks:.2f} percentage points of "
+            f"tracks (bar {MAX_LOST_POINTS}: {met(tracks <= MAX_LOST_POINTS)}) and {single:.2f} of "
             "single crops. Beside a network that lacks the new labels, whatever it answers, at least "
             f"{mixed:.3f} of the new labels' tracks are correct (bar {bar:.2f}: "
-            f"{'met' if mixed >= bar else 'missed'}). {100 * (1 - old):.2f} % of the other labels' tracks can change "
+            f"{met(mixed >= bar)}). {100 * (1 - old):.2f} % of the other labels' tracks can change "
             "to a new label if classifier and network together give the right label at least half of the old labels' "
             "votes.\n"
         )

@@ -8,8 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.experiments.other_shapes import CLASSES, OTHERS, read_boxes
+from benchmarks.reporting.markdown import table
 from tsr_engine.io.models import load_component
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping
@@ -103,7 +104,6 @@ def _run(data: Data) -> Result:
                 signs.append(Seen(name, names[place.name], surrounded_crop(picture, place.box, 0), view))
     moment = memory.arrays["moment"].astype(np.float64)
     return Result(
-        "teaching_abroad",
         data=f"{len(signs)} upright signs of the label set `vienna` in {len({s.picture for s in signs})} Slovenian "
         "road scenes, cropped at their annotated boxes. Nothing was chosen on them.",
         figures=read_in_turn(signs, classifier, moment, int(memory.data.get("tracks", 1))),

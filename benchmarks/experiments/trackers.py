@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cache import Cache
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.peers.figures import sequence, trackeval_figures
 from benchmarks.peers.multi_object_trackers import PEERS, Missing, load, rows_of, version
 from benchmarks.peers.tuning import tune
-from benchmarks.reporting.plotting import legend_below, saved_figure
-from benchmarks.videos.approaches import EACH, EACH_OF_A_ROW, read_looming
+from benchmarks.reporting.markdown import number, table
+from benchmarks.reporting.plotting import legend_below, saved_figures
+from benchmarks.videos.approaches import EACH, EACH_OF_A_ROW, judged_approaches, read_approaches
 from benchmarks.videos.clips import clip_groups, read_clips
 from benchmarks.videos.engine_tracker import track_with_engine
 from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
@@ -56,13 +57,10 @@ def annotated(data: Data) -> tuple[list[Annotated], str]:
     Raises:
         Skip: there are no clips.
     """
-    clips = read_clips(data.need("clips"))
-    videos = [
-        Annotated(name, group, *clips[name]) for group, names in clip_groups(list(clips)).items() for name in names
-    ]
+    groups = clip_groups(read_clips(data.need("clips")))
+    videos = [Annotated(name, group, *clip) for group, clips in groups.items() for name, clip in clips.items()]
     try:
-        tuned = frozenset() if data.tuning is None else read_looming(data.tuning).scenes
-        approaches = read_looming(data.need("looming"), without=tuned, each=EACH)
+        approaches = judged_approaches(data, EACH)
     except Skip as why:
         return videos, str(why)
     return videos + [Annotated(name, approaches.stress[name], *clip) for name, clip in approaches.videos.items()], ""
@@ -72,7 +70,7 @@ def tuning_approaches(data: Data) -> list[Annotated]:
     """Simulated approaches on which settings are chosen, ``EACH_OF_A_ROW`` for each stress; none without a folder."""
     if data.tuning is None:
         return []
-    found = read_looming(data.tuning, each=EACH_OF_A_ROW)
+    found = read_approaches(data.tuning, each=EACH_OF_A_ROW)
     return [Annotated(f"tuning {name}", CHOSEN_ON[1], *clip) for name, clip in found.videos.items()]
 
 
@@ -101,7 +99,6 @@ def _run(data: Data) -> Result:
     other = len(tuned_on) - len(chosen_on)
     unseen = "none of a photograph used for tuning" if data.tuning else "no folder `tuning` was given to keep apart"
     return Result(
-        "trackers",
         data="Our detector runs once over each video; every tracker starts from the same boxes. The peers' settings "
         f"were chosen by HOTA (ties by MOTA and IDF1) on {', '.join(chosen_on) or 'no clip'} and {other} simulated "
         "approaches, which are some of the videos that our parameters were chosen on (docs/tracking.md). Reported are "
@@ -229,14 +226,14 @@ def _report(result: Result) -> str:
 
 def _cells(s: JsonMapping) -> list[str]:
     return [
-        *(_number(s[name], 3) for name in ("HOTA", "IDF1", "MOTA", "coverage")),
-        _number(s["ids_per_sign"], 2),
+        *(number(s[name], 3) for name in ("HOTA", "IDF1", "MOTA", "coverage")),
+        number(s["ids_per_sign"], 2),
         f"{s['signs_detected']}/{s['signs']}",
         str(s["false_tracks"]),
-        _number(s["mean_error"], 4),
-        _number(s["mean_error_overall"], 4),
-        _number(s["mean_error_any_width"], 4),
-        _number(s["ms_a_frame"] or None, 2),
+        number(s["mean_error"], 4),
+        number(s["mean_error_overall"], 4),
+        number(s["mean_error_any_width"], 4),
+        number(s["ms_a_frame"] or None, 2),
     ]
 
 
@@ -250,7 +247,7 @@ def _shared(groups: JsonMapping, peers: Sequence[str]) -> str:
         for name in peers:
             s = by_name[name]["shared"]
             worse = s["n"] > 0 and s["ours"] > s["theirs"]
-            text = f"{_number(s['ours'], 4)} / {_number(s['theirs'], 4)} ({s['n']})"
+            text = f"{number(s['ours'], 4)} / {number(s['theirs'], 4)} ({s['n']})"
             cells.append(f"**{text}**" if worse else text)
         rows.append([group, *cells])
     return (
@@ -308,14 +305,10 @@ def _short(value: float) -> str:
     return str(value) if isinstance(value, int) else f"{value:.4g}"
 
 
-def _number(value: float | None, digits: int) -> str:
-    return "-" if value is None else f"{value:.{digits}f}"
-
-
 def _plot(result: Result, path: Path) -> None:
     groups = result.figures["groups"]
     names = [n for n in ("default", "paper", *result.figures["chosen"]) if n in next(iter(groups.values()))]
-    with saved_figure(path, across=2, size=(5.2, 3.6)) as both:
+    with saved_figures(path, 2, (5.2, 3.6)) as both:
         for axes, figure, title in ((both[0], "coverage", "coverage"), (both[1], "mean_error", "mean Eq. 7")):
             for k, name in enumerate(names):
                 values = [by_name[name][figure] or 0.0 for by_name in groups.values()]

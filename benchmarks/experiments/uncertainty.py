@@ -15,10 +15,11 @@ from sklearn.metrics import brier_score_loss, log_loss, roc_auc_score
 
 from app.evidence.tracks import TrackProperties
 from app.evidence.uncertainty import WEIGHTS, UncertaintyInput, terms
-from benchmarks.experiment import Data, Experiment, Result, table
+from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import saved_figure
 from benchmarks.review.changed_tracks import CAMERAS, RUNS, JudgedRun, filmed, judged_runs
-from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.clips import read_clips
 from tsr_engine.json_shapes import JsonMapping
 
@@ -112,7 +113,7 @@ def _former(run: JudgedRun) -> NDArray[np.float64]:
 
 
 def _run(data: Data) -> Result:
-    clips, approaches = read_clips(data.need("clips")), read_looming(data.need("looming")).videos
+    clips, approaches = read_clips(data.need("clips")), read_approaches(data.need("looming")).videos
     store = data.scratch / "changed"
     cameras = tuple(CAMERAS)
     videos = list(filmed(clips, store, cameras))
@@ -123,7 +124,6 @@ def _run(data: Data) -> Result:
     whole = fit(judged.terms, judged.changed)
     constant = float(whole.intercept_[0])
     return Result(
-        "uncertainty",
         data=f"{len(judged.changed)} confirmed tracks of {len(clips)} annotated clips and {len(approaches)} simulated "
         f"approaches, {len(np.unique(judged.clip))} of which have tracks. A person who knows the ground truth changes "
         "a track that lies on no sign, has a wrong label, shares its sign with another track, or has boxes off its "

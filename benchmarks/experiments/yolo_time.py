@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.experiment import Data, Experiment, Result, Skip, table
+from benchmarks.experiment import Data, Experiment, Result, Skip
+from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import COLOURS, saved_figure
 from benchmarks.timing.alternating import Turns, pipeline_beside, scenes_in_turn
 from benchmarks.timing.contenders import ENLARGED, EQUAL, deep_networks, runtime, yolo_networks
@@ -63,7 +64,6 @@ def _run(data: Data) -> Result:
         "paired": {name: in_turn.paired("detection", name) for name in EVERY},
     }
     return Result(
-        "yolo_time",
         data=f"{len(pictures)} GTSDB scenes shrunk to 720x576, and the first {FRAMES} frames of the sample drive "
         f"`country_road` cropped to 720x576 ({whole.signs_in_view:.2f} signs in view on average). Signs from 16 px, "
         "the shipped models and settings. CPU time of one thread; all detectors take turns within one process, in a "

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping
 
 from scipy.stats import beta
 
-from benchmarks.experiment import table
 from benchmarks.reporting import paper_figures as paper
+from benchmarks.reporting.markdown import table
 from tsr_engine.evaluation.tracking import VideoReport
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = ["number", "share", "shortfalls", "sign_notes", "tables"]
+__all__ = ["shortfalls", "sign_notes", "tables"]
 
 
 def tables(columns: Mapping[str, JsonMapping]) -> str:
@@ -102,16 +102,6 @@ def sign_notes(reports: Iterable[VideoReport]) -> dict[str, list[JsonObject]]:
                 notes["split"].append(about | {"ids": len(sign.ids)})
         notes["false"] += [{"clip": video.name, "track": track} for track in video.false_tracks]
     return notes
-
-
-def share(part: int, whole: int) -> str:
-    """Two counts as one fraction."""
-    return f"{part}/{whole}" if whole else "-"
-
-
-def number(value: float | None, digits: int) -> str:
-    """A figure, or a dash without a value."""
-    return "-" if value is None else f"{value:.{digits}f}"
 
 
 def _percent(part: int, whole: int) -> str:

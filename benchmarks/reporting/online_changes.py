@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from benchmarks.experiment import table
-from benchmarks.reporting.against_paper import number
+from benchmarks.reporting.markdown import number, table
 from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["online_changes"]

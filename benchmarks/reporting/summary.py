@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks.experiment import Result, table
+from benchmarks.experiment import Result
+from benchmarks.reporting.markdown import table
 from tsr_engine.json_shapes import JsonMapping
 
 __all__ = ["ROWS", "Row", "summary"]

@@ -16,7 +16,7 @@ from pathlib import Path
 from benchmarks.experiments.frame_rates import HEADINGS, STEPS
 from benchmarks.tuning.command_line import choice_parser, print_report
 from benchmarks.tuning.stress import configurations
-from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.clips import CHOSEN_ON, read_clips
 from benchmarks.videos.engine_tracker import filter_alone
 from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos, every_nth_frame_of
@@ -33,7 +33,7 @@ def videos_of(clips: Path, looming: Path, judged: Path) -> list[Annotated]:
         Skip: there are none.
     """
     real = read_clips(clips)
-    made = read_looming(looming, without=read_looming(judged).scenes)
+    made = read_approaches(looming, without=read_approaches(judged).scenes)
     return [
         *(Annotated(name, CLIPS, *real[name]) for name in CHOSEN_ON if name in real),
         *(Annotated(name, APPROACHES, *video) for name, video in made.videos.items()),

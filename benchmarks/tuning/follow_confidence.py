@@ -17,7 +17,7 @@ from sklearn.linear_model import LogisticRegression
 
 from benchmarks.experiments.follow import TUNED_ON
 from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
-from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.clips import read_clips
 from tsr_engine.follow import FollowerModels
 from tsr_engine.follow.camera_motion import CameraMotionEstimator
@@ -45,7 +45,7 @@ def main() -> None:
     parser.add_argument("--each", type=int, default=2, help="number of approaches of each stress")
     args = parser.parse_args()
     videos = [video for name, video in read_clips(args.clips).items() if name in TUNED_ON]
-    videos += read_looming(args.looming, each=args.each).videos.values()
+    videos += read_approaches(args.looming, each=args.each).videos.values()
     parts = load_follower()
     with one_blas_thread():
         seen = [row for path, truth in videos for row in evidence_of(path, truth, parts)]

@@ -19,7 +19,7 @@ from pathlib import Path
 from benchmarks.peers.detection_gaps import LENGTHS, Outcome, find_gaps, our_outcomes, summary
 from benchmarks.tuning.command_line import choice_parser, print_report
 from benchmarks.tuning.stress import configurations
-from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.clips import CHOSEN_ON, read_clips
 from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos, pictures
 from tsr_engine.params import Params
@@ -72,7 +72,7 @@ def videos_of(args: argparse.Namespace) -> tuple[list[Annotated], int]:
     if args.clips is not None:
         clips = read_clips(args.clips)
         return [Annotated(name, "chosen on", *clips[name]) for name in CHOSEN_ON if name in clips], EVERY_ON_CLIPS
-    found = read_looming(args.looming, without=read_looming(args.judged).scenes)
+    found = read_approaches(args.looming, without=read_approaches(args.judged).scenes)
     taken = islice(found.videos.items(), 0, None, args.every)
     return [Annotated(name, found.stress[name], *video) for name, video in taken], EVERY_ON_APPROACHES
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from benchmarks.tuning.command_line import choice_parser, print_report
 from benchmarks.tuning.stress import configurations
-from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
 from benchmarks.videos.tracked_clips import report_of, track_together
 from tsr_engine.evaluation.tracking import VideoReport, changed_errors, summarise
@@ -35,8 +35,8 @@ def videos_of(folders: Iterable[Path], judged: Path) -> list[Annotated]:
     Raises:
         Skip: there are none.
     """
-    scenes = read_looming(judged).scenes
-    found = [(folder.name, read_looming(folder, without=scenes)) for folder in folders]
+    scenes = read_approaches(judged).scenes
+    found = [(folder.name, read_approaches(folder, without=scenes)) for folder in folders]
     return [
         Annotated(f"{folder}/{name}", made.stress[name], *video)
         for folder, made in found

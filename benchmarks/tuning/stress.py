@@ -12,14 +12,13 @@ from __future__ import annotations
 import argparse
 import json
 import re
-import tempfile
 from pathlib import Path
 
-from tsr_engine.evaluation.track_tables import read_mot_truth, read_results
+from benchmarks.videos.tracked_rows import track_rows
+from tsr_engine.evaluation.track_tables import read_mot_truth
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, summarise
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
-from tsr_engine.runs.track_video import RunRequest, track_video
 
 COLUMNS = ("signs", "found", "false", "ids", "coverage", "Eq. 7", "followed", "right")
 
@@ -60,16 +59,9 @@ def main() -> None:
         components = load_components(params, args.models)
         for clip in clips:
             folder = args.clips / clip["clip"]
-            with tempfile.TemporaryDirectory() as scratch:
-                rows = Path(scratch) / "rows.csv"
-                report = track_video(RunRequest(folder / "video.mp4", params, csv=rows), components)
-                scored = evaluate_video(
-                    clip["clip"],
-                    read_mot_truth(folder / "gt.txt"),
-                    read_results(rows),
-                    report.frames,
-                    size=(report.width, report.height),
-                )
+            report, rows = track_rows(folder / "video.mp4", params, components)
+            size = report.width, report.height
+            scored = evaluate_video(clip["clip"], read_mot_truth(folder / "gt.txt"), rows, report.frames, size=size)
             for stress in (clip["stress"], "all"):
                 reports.setdefault((stress, name), []).append(scored)
     for (stress, name), videos in sorted(reports.items(), key=lambda item: (item[0][0] == "all", item[0][0])):

@@ -8,18 +8,18 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.experiment import Skip
+from benchmarks.experiment import Data, Skip
 from tsr_engine.evaluation.track_tables import read_mot_truth
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EACH", "EACH_OF_A_ROW", "EACH_TUNED", "LoomingClips", "read_looming"]
+__all__ = ["EACH", "EACH_OF_A_ROW", "EACH_TUNED", "Approaches", "judged_approaches", "read_approaches"]
 
 EACH, EACH_OF_A_ROW, EACH_TUNED = 6, 2, 1
 """Number of approaches of each stress: for judging; for experiments with many rows; from the tuning set."""
 
 
 @dataclass(frozen=True, slots=True)
-class LoomingClips:
+class Approaches:
     """A folder of approaches.
 
     Attributes:
@@ -43,7 +43,7 @@ class LoomingClips:
         return tuple(sorted(set(self.stress.values())))
 
 
-def read_looming(folder: Path, without: Iterable[str] = (), each: int | None = None) -> LoomingClips:
+def read_approaches(folder: Path, without: Iterable[str] = (), each: int | None = None) -> Approaches:
     """Read ``clips.json`` and the ground truth of each clip.
 
     Args:
@@ -68,10 +68,20 @@ def read_looming(folder: Path, without: Iterable[str] = (), each: int | None = N
             chosen.append(clip)
     if not chosen:
         raise Skip(f"the folder `{folder.name}` of simulated approaches holds no clip of a scene that may be shown.")
-    return LoomingClips(
+    return Approaches(
         int(about["seed"]),
         {c["clip"]: (folder / c["clip"] / "video.mp4", read_mot_truth(folder / c["clip"] / "gt.txt")) for c in chosen},
         {c["clip"]: str(c["stress"]) for c in chosen},
         frozenset(str(c["image"]) for c in chosen),
         {c["clip"]: range(*c.get("hidden", (-1, -1))) for c in chosen},
     )
+
+
+def judged_approaches(data: Data, each: int | None = None) -> Approaches:
+    """The approaches of the folder ``looming``, without scenes of the folder ``tuning`` if that is given.
+
+    Raises:
+        Skip: there are none.
+    """
+    tuned = frozenset() if data.tuning is None else read_approaches(data.tuning).scenes
+    return read_approaches(data.need("looming"), without=tuned, each=each)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TypeVar
 
 from benchmarks.experiment import Skip
 from tsr_engine.evaluation.track_tables import read_clip_truth
@@ -10,6 +12,7 @@ from tsr_engine.track_table import TrackTable
 
 __all__ = ["CHOSEN_ON", "clip_groups", "read_clips"]
 
+T = TypeVar("T")
 CHOSEN_ON = ("01_076852", "SH4_70b651", "SK3_38cde7")
 """Clips that parameters were chosen on; the others are held out."""
 
@@ -30,7 +33,9 @@ def read_clips(folder: Path) -> dict[str, tuple[Path, TrackTable]]:
     return found
 
 
-def clip_groups(names: list[str]) -> dict[str, list[str]]:
-    """The held-out clips, and those that parameters were chosen on; an empty group is left out."""
-    groups = {"held out": [n for n in names if n not in CHOSEN_ON], "chosen on": [n for n in names if n in CHOSEN_ON]}
+def clip_groups(clips: Mapping[str, T]) -> dict[str, dict[str, T]]:
+    """The held-out clips, and those that parameters were chosen on, by name; an empty group is left out."""
+    groups: dict[str, dict[str, T]] = {"held out": {}, "chosen on": {}}
+    for name, clip in clips.items():
+        groups["chosen on" if name in CHOSEN_ON else "held out"][name] = clip
     return {group: members for group, members in groups.items() if members}

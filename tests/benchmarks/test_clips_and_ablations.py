@@ -16,7 +16,7 @@ from benchmarks.reporting import paper_figures as paper
 from benchmarks.reporting.against_paper import shortfalls, sign_notes, tables
 from benchmarks.reporting.contact_sheet import Cell, cut_square, write_sheet
 from benchmarks.reporting.error_sheet import draw_error_sheet, largest
-from benchmarks.videos.approaches import read_looming
+from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.report_cache import ResultCache
 from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
 from benchmarks.videos.tracked_clips import PAPER_KF, redrawn, track_together
@@ -213,14 +213,14 @@ def test_scenes_used_for_tuning_are_not_reported(tmp_path: Path) -> None:
     for clip in clips:
         (tmp_path / clip["clip"]).mkdir()
         (tmp_path / clip["clip"] / "gt.txt").write_text("1,1,10,10,20,20,1,3,1.0\n")
-    found = read_looming(tmp_path, without=["1.jpg"])
+    found = read_approaches(tmp_path, without=["1.jpg"])
     assert sorted(found.videos) == ["000", "002"]
     assert found.stresses == ("turn",)
-    assert sorted(read_looming(tmp_path, each=2).videos) == ["000", "001"]
+    assert sorted(read_approaches(tmp_path, each=2).videos) == ["000", "001"]
     with pytest.raises(Skip, match="no clip"):
-        read_looming(tmp_path, without=["0.jpg", "1.jpg", "2.jpg"])
+        read_approaches(tmp_path, without=["0.jpg", "1.jpg", "2.jpg"])
     with pytest.raises(Skip, match="clips.json"):
-        read_looming(tmp_path / "000")
+        read_approaches(tmp_path / "000")
 
 
 def test_experiments_without_data_are_skipped_by_name(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from benchmarks.experiment import Skip
 from benchmarks.experiments import poor_detections
 from benchmarks.experiments.gate import TAU
 from benchmarks.experiments.poor_detections import KF, UNSEEN, merged, paper_tau, verdict
-from benchmarks.videos.approaches import LoomingClips
+from benchmarks.videos.approaches import Approaches
 from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo
 from benchmarks.videos.tracked_clips import PAPER_KF
 from tests import toy_pipeline
@@ -69,7 +69,7 @@ def test_tau_is_chosen_only_with_enough_signs(tmp_path: Path, monkeypatch: pytes
         np.array([k for k, _ in rows]), np.ones(len(rows), np.int64), np.array([box for _, box in rows]),
         np.zeros(len(rows), np.int64),
     )  # fmt: skip
-    clips = LoomingClips(1, {"toy": (drive, truth)}, {"toy": "steady"}, frozenset(), {})
+    clips = Approaches(1, {"toy": (drive, truth)}, {"toy": "steady"}, frozenset(), {})
     with pytest.raises(Skip, match="tau is chosen on 100"):
         paper_tau(clips, 0)
     monkeypatch.setattr(poor_detections, "SIGNS", 2)

@@ -11,8 +11,9 @@ import pytest
 
 import benchmarks.__main__ as runner
 from benchmarks import experiment
-from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine, table
+from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip, machine
 from benchmarks.experiments import EXPERIMENTS
+from benchmarks.reporting.markdown import table
 from benchmarks.reporting.report import write_report
 from tsr_engine.errors import InputError
 
