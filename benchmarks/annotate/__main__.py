@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -17,8 +18,9 @@ import numpy as np
 
 from benchmarks.annotate.answers import read_controls, read_seen
 from benchmarks.annotate.candidates import candidates_of, liberal_detector
-from benchmarks.annotate.sheets import cut, scene_rows, sheet
+from benchmarks.annotate.sheets import cut, scene_rows
 from benchmarks.annotate.signs import SIGNS, compile_signs, save
+from benchmarks.reporting.contact_sheet import grid
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.records import Picture
 from tsr_engine.training.mining import read_picture
@@ -44,16 +46,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     args.out.mkdir(parents=True, exist_ok=True)
     if args.what == "scenes":
         for first in range(0, len(scenes), 3):
-            _write(
-                args.out,
-                args.what,
-                first // 3,
-                scene_rows([(s.path.stem, read_picture(s), s.boxes) for s in scenes[first : first + 3]]),
-            )
+            rows = scene_rows([(s.path.stem, read_picture(s), s.boxes) for s in scenes[first : first + 3]])
+            _write(args.out, args.what, first // 3, rows)
         return 0
     cells, side, columns = (_cutouts(scenes), 82, 15) if args.what == "cutouts" else (_again(scenes), 104, 12)
-    for number, page in enumerate(_pages(cells, columns * 10)):
-        _write(args.out, args.what, number, sheet(page, side, columns))
+    pages = iter(lambda: list(islice(cells, columns * 10)), [])
+    for number, page in enumerate(pages):
+        _write(args.out, args.what, number, grid(page, side, columns))
     return 0
 
 
@@ -77,17 +76,6 @@ def _again(scenes: Sequence[Scene]) -> Iterator[Cell]:
     for number, place in enumerate(chance.permutation(len(items))):
         name, box = items[place]
         yield str(number), cut(read_picture(by_name[name]), box, 104, 0.22)
-
-
-def _pages(cells: Iterator[Cell], size: int) -> Iterator[list[Cell]]:
-    page: list[Cell] = []
-    for cell in cells:
-        page.append(cell)
-        if len(page) == size:
-            yield page
-            page = []
-    if page:
-        yield page
 
 
 def _write(folder: Path, name: str, number: int, page: object) -> None:

@@ -59,7 +59,6 @@ def fit_box(picture: Picture, box: FloatArray, *, round_sign: bool) -> FloatArra
 def _edge(smooth: np.ndarray, places: FloatArray, along: FloatArray, axis: int) -> FloatArray:
     """Mean colour change across each place (in pixel edges), along ``along``, summed over the channels."""
     across, line = np.meshgrid(places, along)
-    total = np.zeros(len(places))
     sampled = []
     for offset in (-1.0, 1.0):
         at_x, at_y = (across + offset - 0.5, line - 0.5) if axis == 0 else (line - 0.5, across + offset - 0.5)
@@ -72,5 +71,4 @@ def _edge(smooth: np.ndarray, places: FloatArray, along: FloatArray, axis: int) 
                 borderMode=cv2.BORDER_REPLICATE,
             )
         )
-    total += np.abs((sampled[1] - sampled[0]).mean(axis=0)).sum(axis=-1)
-    return total + 1e-6
+    return np.asarray(np.abs((sampled[1] - sampled[0]).mean(axis=0)).sum(axis=-1) + 1e-6, np.float64)

@@ -1,4 +1,4 @@
-"""Pictures for the annotator: numbered cut-outs in rows, and scenes in a column."""
+"""Pictures for the annotator: cut-outs, and scenes in a column."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ import numpy as np
 from benchmarks.reporting.contact_sheet import cut_square
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["cut", "scene_rows", "sheet"]
+__all__ = ["cut", "scene_rows"]
 
-STRIP: Final = 15
-"""Height of the line of text above a cut-out, px."""
 ROWS: Final = (190, 640)
 """Range of rows in a view of a scene."""
 TICK: Final = 100
@@ -23,18 +21,6 @@ BRIGHT: Final = 100.0
 MIN_RANGE: Final = 40.0
 """Least assumed range of a cut-out's grey values when its contrast is stretched."""
 _FRAME: Final = (255, 0, 255)
-
-
-def sheet(cells: Sequence[tuple[str, Picture]], side: int, columns: int) -> Picture:
-    """Square cut-outs of ``side`` px in rows, each below its text."""
-    rows = -(-len(cells) // columns)
-    page = np.full((rows * (side + STRIP), columns * (side + 3), 3), 255, np.uint8)
-    for number, (text, view) in enumerate(cells):
-        row, column = divmod(number, columns)
-        top, left = row * (side + STRIP), column * (side + 3)
-        page[top + STRIP : top + STRIP + side, left : left + side] = view
-        cv2.putText(page, text, (left + 1, top + STRIP - 3), cv2.FONT_HERSHEY_SIMPLEX, 0.42, (0, 0, 0), 1, cv2.LINE_AA)
-    return page
 
 
 def cut(picture: Picture, box: FloatArray, side: int, margin: float) -> Picture:

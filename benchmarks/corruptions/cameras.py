@@ -10,9 +10,10 @@ import av
 import cv2
 import numpy as np
 
+from benchmarks.boxes import lies_elsewhere
 from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.evaluation.detection import match
-from tsr_engine.geometry.boxes import area, intersection, iou
+from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import shade
@@ -78,14 +79,11 @@ def by_version(detector: AcfDetector, scenes: Sequence[Scene], seed: int, tick: 
             seen = detector.detect(picture)
             boxes, scores = seen.boxes[seen.raw_scores > 0], seen.raw_scores[seen.raw_scores > 0]
             _, by = match(boxes, scores, truth)
-            places = np.concatenate([truth, ignored])
-            inside = intersection(boxes, places) / np.maximum(area(boxes)[:, None], 1e-9)
-            nowhere = ~((inside >= 0.5) | (iou(boxes, places) >= 0.3)).any(axis=1)
             row["pictures"] += 1
             row["signs"] += int(counted.sum())
             row["candidates"] += int((iou(truth, candidates).max(axis=1, initial=0.0) >= 0.3)[counted].sum())
             row["found"] += int((np.array(by) >= 0)[counted].sum())
-            row["nothing"] += int(nowhere.sum())
+            row["nothing"] += int(lies_elsewhere(boxes, np.concatenate([truth, ignored])).sum())
     return out
 
 

@@ -19,6 +19,7 @@ from app.settings import Settings
 from app.storage.database import Database
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.reporting.markdown import table
+from benchmarks.timing.processes import processor_seconds
 from tsr_engine.json_shapes import JsonObject
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from tests.attack.concurrent_editors import AnswerLog, TrackedLibrary
     from tests.attack.server_process import ServerProcess
 
-__all__ = ["EXPERIMENT", "processor_seconds"]
+__all__ = ["EXPERIMENT"]
 
 PEOPLE = 20
 SECONDS = 60.0
@@ -37,7 +38,6 @@ STEADY = 2.0
 """Largest pause between an answer and the next edit of a fast person, s; half of it on average."""
 MAX_MS = 200.0
 """Time limit for 95 % of the edits, ms."""
-_TICKS = os.sysconf("SC_CLK_TCK")
 
 
 def _run(data: Data) -> Result:
@@ -116,12 +116,6 @@ def _restarts(cluster: Cluster, seconds: float, every: float | None) -> int:
             cluster.start()
             count += 1
     return count
-
-
-def processor_seconds(process: int) -> float:
-    """Seconds of processor time that a process has used."""
-    fields = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / _TICKS
 
 
 def _figures(log: AnswerLog, took: float, used: float, outages: int) -> JsonObject:

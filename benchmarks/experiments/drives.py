@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from benchmarks.cache import Cache, file_digest
-from benchmarks.corruptions.video import filmed
+from benchmarks.corruptions.video import write_changed
 from benchmarks.corruptions.weather import WEATHERS
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.reporting.markdown import class_name, table
@@ -72,7 +72,7 @@ def _tracked(path: Path, weather: str, params: Params, components: Components) -
     with tempfile.TemporaryDirectory(prefix="tsr-drives-") as folder:
         video = path
         if weather != AS_RECORDED:
-            video = filmed(WEATHERS[weather], path, Path(folder) / "drive.mp4", CHANGED)
+            video = write_changed(WEATHERS[weather], path, Path(folder) / "drive.mp4", CHANGED)
         report, rows = track_rows(video, params, components)
     tracks = []
     for track in np.unique(rows.track).tolist():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.reporting.markdown import table
-from benchmarks.timing.exports import FRAMES, MOST_MB, MOST_SECONDS, TRACKS, WITHOUT_PICTURES, measured
+from benchmarks.timing.exports import FRAMES, MOST_MB, MOST_SECONDS, TRACKS, WITHOUT_PICTURES, measure_in_new_process
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = ["EXPERIMENT"]
@@ -14,7 +14,7 @@ def _run(_: Data) -> Result:
     return Result(
         data=f"A synthetic drive of {FRAMES:,} frames with {TRACKS:,} tracks of 25 to 50 boxes that grow with the "
         "jitter of a tracker. Each format is written in its own process, without pictures, as one ZIP file.",
-        figures={"formats": [measured(name, read=True) for name in WITHOUT_PICTURES]},
+        figures={"formats": [measure_in_new_process(name) for name in WITHOUT_PICTURES]},
         settings={"seed": 1},
     )
 

@@ -15,8 +15,15 @@ from benchmarks.cache import Cache, code, digest_of, file_digest
 from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.following.figures import MAX_ACTIONS, actions, figures_of, lines_needed, mean_of
 from benchmarks.following.long_video import flat_memory
-from benchmarks.following.methods import PEERS, follow_with_engine, follow_with_peer, interpolate_linearly, legacy
-from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
+from benchmarks.following.methods import (
+    PEERS,
+    Filled,
+    follow_with_engine,
+    follow_with_peer,
+    interpolate_linearly,
+    legacy,
+)
+from benchmarks.following.visible_signs import POSITIONS, Sign, decode, paint_over, signs_of
 from benchmarks.peers.detection_gaps import Follower
 from benchmarks.peers.multi_object_trackers import Missing
 from benchmarks.reporting.markdown import table
@@ -24,7 +31,6 @@ from benchmarks.videos.approaches import judged_approaches, read_approaches
 from benchmarks.videos.clips import read_clips
 from tsr_engine.follow import FollowerModels
 from tsr_engine.follow_video import load_follower
-from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.pipeline import one_blas_thread, one_opencv_thread
 from tsr_engine.records import FloatArray, Picture
@@ -58,16 +64,10 @@ class _Video:
     vanish: bool = False
 
     def identity(self) -> list[object]:
-        truth = _digest(self.truth)
-        return [self.group, file_digest(self.path), truth, self.vanish]
-
-
-def _digest(truth: TrackTable) -> str:
-    """Digest of a table of ground truth."""
-    digest = hashlib.sha256()
-    for column in (truth.frame, truth.track, truth.boxes, truth.visibility):
-        digest.update(column.tobytes())
-    return digest.hexdigest()
+        digest = hashlib.sha256()
+        for column in (self.truth.frame, self.truth.track, self.truth.boxes, self.truth.visibility):
+            digest.update(column.tobytes())
+        return [self.group, file_digest(self.path), digest.hexdigest(), self.vanish]
 
 
 def _videos(data: Data) -> Iterator[_Video]:
@@ -136,62 +136,68 @@ def _run(data: Data) -> Result:
     )
 
 
-def _pictures(video: _Video) -> list[Picture]:
-    with open_video(video.path) as opened:
-        return [frame.picture for frame in opened.frames()]
-
-
 def _signs(video: _Video) -> Iterator[tuple[Sequence[Picture], Sign]]:
-    pictures = _pictures(video)
+    pictures = decode(video.path)
     height, width = pictures[0].shape[:2]
     for sign in signs_of(video.truth, width, height)[:SIGNS]:
         yield paint_over(pictures, sign) if video.vanish else (pictures, sign)
 
 
+class _Figures:
+    """Figures and times of the ways to follow, over the signs of one video.
+
+    Attributes:
+        ways: way -> position of the first box -> figures for each sign.
+        times: way -> CPU seconds and number of steps.
+    """
+
+    def __init__(self) -> None:
+        self.ways: dict[str, dict[str, list[dict[str, float]]]] = {}
+        self.times: dict[str, list[float]] = {}
+
+    def add(self, way: str, position: str, sign: Sign, boxes: Mapping[int, FloatArray]) -> None:
+        """Add the boxes of one sign."""
+        self.ways.setdefault(way, {}).setdefault(position, []).append(figures_of(sign, boxes))
+
+    def add_timed(self, way: str, position: str, sign: Sign, filled: Filled) -> None:
+        """Add the boxes of one sign and their time."""
+        self.add(way, position, sign, filled.boxes)
+        seconds, steps = self.times.get(way, [0.0, 0])
+        self.times[way] = [seconds + filled.seconds, steps + filled.steps]
+
+
 def _ours(video: _Video, parts: FollowerModels) -> JsonObject:
     """Our figures on one video, and the number of boxes to draw for its signs."""
-    ways: dict[str, dict[str, list[dict[str, float]]]] = {}
-    times: dict[str, list[float]] = {}
+    found = _Figures()
     needed: list[dict[str, float]] = []
-    count = 0
     for pictures, sign in _signs(video):
-        count += 1
         for position in POSITIONS:
             start = sign.anchor(position)
             for way, given in ((OURS, parts), (UNKNOWN, FollowerModels(parts.make_online, None))):
-                filled = follow_with_engine(pictures, {start: sign.life[start]}, given)
-                ways.setdefault(way, {}).setdefault(position, []).append(figures_of(sign, filled.boxes))
-                spent = times.setdefault(way, [0.0, 0])
-                spent[0] += filled.seconds
-                spent[1] += filled.steps
+                found.add_timed(way, position, sign, follow_with_engine(pictures, {start: sign.life[start]}, given))
         for k in LINES:
             frames = np.array(sorted(sign.life))
             chosen = frames[np.round(np.linspace(0, len(frames) - 1, k)).astype(int)].tolist()
             lines = interpolate_linearly({frame: sign.life[frame] for frame in chosen})
-            ways.setdefault(f"lines, {k} exact boxes", {}).setdefault("whole life", []).append(figures_of(sign, lines))
+            found.add(f"lines, {k} exact boxes", "whole life", sign, lines)
 
         def fill(drawn: Mapping[int, FloatArray], pictures: Sequence[Picture] = pictures) -> Mapping[int, FloatArray]:
             return follow_with_engine(pictures, drawn, parts).boxes
 
         by_position = {position: float(actions(sign, sign.anchor(position), fill)) for position in POSITIONS}
         needed.append({**by_position, "lines": float(lines_needed(sign))})
-    return {"ways": ways, "times": times, "needed": needed, "signs": count}
+    return {"ways": found.ways, "times": found.times, "needed": needed, "signs": len(needed)}
 
 
 def _theirs(video: _Video, makers: Mapping[str, Callable[[], Follower]]) -> JsonObject:
     """The peers' figures on one video."""
-    ways: dict[str, dict[str, list[dict[str, float]]]] = {}
-    times: dict[str, list[float]] = {}
+    found = _Figures()
     for pictures, sign in _signs(video):
         for position in POSITIONS:
             start = sign.anchor(position)
             for name, make in makers.items():
-                filled = follow_with_peer(pictures, start, sign.life[start], make)
-                ways.setdefault(name, {}).setdefault(position, []).append(figures_of(sign, filled.boxes))
-                spent = times.setdefault(name, [0.0, 0])
-                spent[0] += filled.seconds
-                spent[1] += filled.steps
-    return {"ways": ways, "times": times}
+                found.add_timed(name, position, sign, follow_with_peer(pictures, start, sign.life[start], make))
+    return {"ways": found.ways, "times": found.times}
 
 
 def _report(result: Result) -> str:

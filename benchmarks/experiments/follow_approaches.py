@@ -14,11 +14,10 @@ from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.experiments.follow import TUNED_BOARDS
 from benchmarks.following.figures import figures_of, mean_of, overlaps
 from benchmarks.following.methods import KltBox, follow_with_engine, follow_with_peer
-from benchmarks.following.visible_signs import POSITIONS, Sign, signs_of
+from benchmarks.following.visible_signs import POSITIONS, Sign, decode, signs_of
 from benchmarks.reporting.markdown import table
 from benchmarks.videos.approaches import judged_approaches, read_approaches
 from tsr_engine.follow_video import load_follower
-from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.pipeline import one_blas_thread, one_opencv_thread
 from tsr_engine.track_table import TrackTable
@@ -54,8 +53,7 @@ def _run(data: Data) -> Result:
     )
     with one_opencv_thread(), one_blas_thread():
         for group, path, truth, hidden in _videos(data):
-            with open_video(path) as video:
-                pictures = [frame.picture for frame in video.frames()]
+            pictures = decode(path)
             height, width = pictures[0].shape[:2]
             for whole in signs_of(truth, width, height)[:SIGNS]:
                 sign = _drawable(whole, hidden)

@@ -9,15 +9,27 @@ import numpy as np
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.reporting.plotting import saved_figure
 from benchmarks.videos.clips import clip_groups
-from tsr_engine.evaluation.gate import Trial, collection_curve, gate_trials
+from tsr_engine.evaluation.gate import Candidates, Trial, collection_curve, gate_trials
 from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
+from tsr_engine.params.gate import GateParams
 from tsr_engine.records import FloatArray
+from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT"]
+__all__ = ["EXPERIMENT", "TAU", "trials_of"]
 
 TAU = np.geomspace(0.5, 500, 121)
+
+
+def trials_of(video: Path, truth: TrackTable, params: GateParams, candidates: Candidates, seed: int) -> list[Trial]:
+    """Trials of the gate around the counted signs of a video, see :func:`tsr_engine.evaluation.gate.gate_trials`."""
+    boxes: dict[int, dict[int, FloatArray]] = {}
+    for row in np.flatnonzero(~truth.ignore):
+        boxes.setdefault(int(truth.frame[row]), {})[int(truth.track[row])] = truth.boxes[row]
+    with open_video(video) as opened:
+        frames = ((frame.ordinal, frame.picture) for frame in opened.frames())
+        return list(gate_trials(frames, boxes, params, candidates, seed))
 
 
 def _trials(clips: Path, params: Params, seed: int) -> dict[str, list[tuple[str, Trial]]]:
@@ -26,15 +38,8 @@ def _trials(clips: Path, params: Params, seed: int) -> dict[str, list[tuple[str,
         video = clips / f"{path.stem}.mp4"
         if not video.is_file():
             continue
-        rows = read_clip_truth(path)
-        signs = ~rows.ignore
-        truth: dict[int, dict[int, FloatArray]] = {}
-        found_signs = zip(rows.frame[signs].tolist(), rows.track[signs].tolist(), rows.boxes[signs], strict=True)
-        for frame, track, box in found_signs:
-            truth.setdefault(frame, {})[track] = box
-        with open_video(video) as opened:
-            frames = ((frame.ordinal, frame.picture) for frame in opened.frames())
-            found[path.stem] = [(path.stem, trial) for trial in gate_trials(frames, truth, params.gate, seed=seed)]
+        trials = trials_of(video, read_clip_truth(path), params.gate, Candidates(), seed)
+        found[path.stem] = [(path.stem, trial) for trial in trials]
     if len(found) < 2:
         raise Skip("the folder `clips` holds fewer than two annotated clips.")
     return found

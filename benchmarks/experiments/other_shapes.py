@@ -11,12 +11,12 @@ from typing import Final
 import cv2
 import numpy as np
 
+from benchmarks.boxes import lies_elsewhere
 from benchmarks.experiment import ROOT, Data, Experiment, Result, Skip
 from benchmarks.reporting.markdown import table
 from benchmarks.timing.alternating import scenes_in_turn
 from tsr_engine.detection.other_shapes import COMPONENT, OtherShapes
 from tsr_engine.evaluation.detection import match
-from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.models import component_path, load_component
 from tsr_engine.io.pictures import read_picture
@@ -134,9 +134,7 @@ def counts(pictures: Sequence[tuple[Sequence[Sign], FloatArray, FloatArray]]) ->
                 out[sign.kind] += 1
                 out[f"{sign.kind}_found"] += bool(by >= 0)
                 hits += [(sign.kind, float(scores[by]))] if by >= 0 else []
-        inside = intersection(boxes, truth) / np.maximum(area(boxes)[:, None], 1e-9)
-        touched = (inside >= 0.5) | (iou(boxes, truth) >= 0.3)
-        false += scores[~touched.any(axis=1)].tolist()
+        false += scores[lies_elsewhere(boxes, truth)].tolist()
     false.sort(reverse=True)
     allowed = int(RATE * len(pictures))
     above = false[allowed] if allowed < len(false) else -np.inf

@@ -14,7 +14,7 @@ from benchmarks.cache import Cache, file_digest
 from benchmarks.corruptions.detections import MEAN_MISSED_RUN, Degradation, bisect_increasing, degrade
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.experiments.ablations import paired
-from benchmarks.experiments.gate import TAU
+from benchmarks.experiments.gate import TAU, trials_of
 from benchmarks.reporting import paper_figures as paper
 from benchmarks.reporting.markdown import change_text, number, table
 from benchmarks.videos.approaches import Approaches, read_approaches
@@ -22,13 +22,11 @@ from benchmarks.videos.engine_tracker import filter_alone
 from benchmarks.videos.report_cache import ResultCache
 from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
 from benchmarks.videos.tracked_clips import CONFIGURATIONS, PAPER_KF, reports_of
-from tsr_engine.evaluation.gate import Candidates, Trial, collection_curve, gate_trials
+from tsr_engine.evaluation.gate import Candidates, Trial, collection_curve
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
-from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
-from tsr_engine.records import FloatArray
 
 __all__ = ["EXPERIMENT", "merged", "paper_tau", "verdict"]
 
@@ -112,13 +110,8 @@ def paper_tau(clips: Approaches, seed: int) -> tuple[float, float]:
     params = Params.preset("paper").gate
     groups: dict[tuple[str, int, int], list[tuple[str, Trial]]] = {}
     for name, (path, truth) in clips.videos.items():
-        boxes: dict[int, dict[int, FloatArray]] = {}
-        for row in np.flatnonzero(~truth.ignore):
-            boxes.setdefault(int(truth.frame[row]), {})[int(truth.track[row])] = truth.boxes[row]
-        with open_video(path) as video:
-            frames = ((frame.ordinal, frame.picture) for frame in video.frames())
-            for trial in gate_trials(frames, boxes, params, Candidates(every=5), seed):
-                groups.setdefault((name, trial.sign, trial.frame), []).append((name, trial))
+        for trial in trials_of(path, truth, params, Candidates(every=5), seed):
+            groups.setdefault((name, trial.sign, trial.frame), []).append((name, trial))
     if len(groups) < SIGNS:
         raise Skip(f"the approaches for tuning show {len(groups)} signs long enough; tau is chosen on {SIGNS}.")
     chosen = np.random.default_rng(seed).permutation(len(groups))[:SIGNS]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.corruptions.video import corrected, dimmed
+from benchmarks.corruptions.video import dim, write_changed
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.reporting.markdown import short_number, table
 from benchmarks.videos.clips import clip_groups, read_clips
@@ -16,8 +17,9 @@ from benchmarks.videos.tracked_rows import track_rows
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
-from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.io.models import SHIPPED, load_component
+from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.params import Params
@@ -28,7 +30,7 @@ from tsr_engine.training.exports import OpenedExport
 from tsr_engine.training.holdout import evaluate_detection
 from tsr_engine.training.retrain import Recipe, retrain
 
-__all__ = ["EXPERIMENT"]
+__all__ = ["EXPERIMENT", "corrected"]
 
 Pairs = Mapping[str, tuple[Path, TrackTable]]
 
@@ -55,11 +57,11 @@ def _run(data: Data) -> Result:
     for camera in CAMERAS:
         with tempfile.TemporaryDirectory(dir=data.scratch) as name:
             work = Path(name)
-            filmed = {
-                clip: (path if camera == CAMERAS[0] else dimmed(path, work / path.name), truth)
+            videos = {
+                clip: (path if camera == CAMERAS[0] else write_changed(dim, path, work / path.name), truth)
                 for clip, (path, truth) in pairs.items()
             }
-            figures[camera] = _loop(filmed, groups, work, data)
+            figures[camera] = _before_and_after(videos, groups, work, data)
     return Result(
         data=f"The annotations of {', '.join(groups['chosen on'])} serve as a person's corrections. A version is "
         "refined from them and compared with the shipped one that it started from on "
@@ -71,27 +73,54 @@ def _run(data: Data) -> Result:
     )
 
 
-def _loop(pairs: Pairs, groups: Mapping[str, list[str]], work: Path, data: Data) -> JsonObject:
+def corrected(path: Path, truth: TrackTable) -> DatasetVideo:
+    """A clip with its annotation as tracks with a keyframe in every frame, as a person would have corrected it."""
+    tracks = [_track(truth, int(sign)) for sign in np.unique(truth.track)]
+    with open_video(path) as video:
+        frames = len(video.confirm())
+        size = video.width, video.height
+    return DatasetVideo(path.name, "", *size, frames, Fraction(30), None, True, lambda: iter(tracks), path, 0, frames)
+
+
+def _track(truth: TrackTable, sign: int) -> Track:
+    rows = np.flatnonzero(truth.track == sign)
+    rows = rows[np.argsort(truth.frame[rows])]
+    n = len(rows)
+    return Track(
+        uid=str(sign),
+        label=int(np.bincount(truth.class_id[rows] + 1).argmax()) - 1,
+        frames=truth.frame[rows],
+        boxes=truth.boxes[rows],
+        key=np.ones(n, bool),
+        occluded=np.zeros(n, bool),
+        score=np.full(n, np.nan),
+        ignore=truth.ignore[rows],
+        state="truth",
+        source="truth",
+    )
+
+
+def _before_and_after(pairs: Pairs, groups: Mapping[str, Iterable[str]], work: Path, data: Data) -> JsonObject:
     """Figures before and after, and the figures in the refined version's own report."""
     corrections = Dataset(shipped_set(DEFAULT), tuple(corrected(*pairs[name]) for name in groups["chosen on"]))
     opened = OpenedExport(corrections, (), {}, {"name": "annotations of " + ", ".join(groups["chosen on"])})
     report = retrain(
-        [opened], Recipe(seed=data.seed), SHIPPED, work / "new", work / "work", _unwatched, gtsdb=data.gtsdb
+        [opened], Recipe(seed=data.seed), SHIPPED, work / "new", work / "work", _no_progress, gtsdb=data.gtsdb
     )
     held = {name: pairs[name] for name in groups["held out"]}
     return {
-        "before": _judged(held, SHIPPED, work),
-        "after": _judged(held, work / "new", work),
+        "before": _figures(held, SHIPPED, work),
+        "after": _figures(held, work / "new", work),
         "gtsdb": report.figures.get("gtsdb"),
         "corrected_signs": report.lineage["used"]["signs"],
     }
 
 
-def _unwatched(_stage: str, _done: int, _total: int) -> None:
+def _no_progress(_stage: str, _done: int, _total: int) -> None:
     """A progress callback that does nothing."""
 
 
-def _judged(held: Pairs, models: Path, work: Path) -> JsonObject:
+def _figures(held: Pairs, models: Path, work: Path) -> JsonObject:
     """Figures of single frames (about every second one) and of whole runs."""
     dataset = Dataset(shipped_set(DEFAULT), tuple(corrected(*pair) for pair in held.values()))
     scenes = corrected_scenes(dataset, work / "held", Sampling(signs=60, background=60))
@@ -100,7 +129,7 @@ def _judged(held: Pairs, models: Path, work: Path) -> JsonObject:
         AcfModel.from_arrays(detector.arrays, detector.params),
         SpatialPrior(prior.arrays["table"].astype(np.float32), float(prior.params["lambda"])),
         scenes,
-        _unwatched,
+        _no_progress,
     )
     params = Params.preset("default")
     parts = load_components(params, models)

@@ -18,7 +18,7 @@ from app.evidence.uncertainty import WEIGHTS, UncertaintyInput, terms
 from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import saved_figure
-from benchmarks.review.changed_tracks import CAMERAS, RUNS, JudgedRun, filmed, judged_runs
+from benchmarks.review.changed_tracks import CAMERAS, RUNS, JudgedRun, film, judged_runs
 from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.clips import read_clips
 from tsr_engine.json_shapes import JsonMapping
@@ -54,11 +54,11 @@ class Judged:
     @classmethod
     def of(cls, runs: Sequence[JudgedRun]) -> Judged:
         """The tracks for which the ground truth tells whether they are changed."""
-        known = [np.array([change is not None for change in run.change], bool) for run in runs]
+        known = [np.array([change is not None for change in run.changes], bool) for run in runs]
         whole = list(zip(runs, known, strict=True))
-        why = tuple(change for run in runs for change in run.change if change is not None)
+        why = tuple(change for run in runs for change in run.changes if change is not None)
         return cls(
-            np.concatenate([_terms(run.facts)[keep] for run, keep in whole]),
+            np.concatenate([_terms(run.properties)[keep] for run, keep in whole]),
             np.concatenate([_former(run)[keep] for run, keep in whole]),
             np.array([change != "" for change in why]),
             np.repeat([run.clip for run in runs], [int(keep.sum()) for keep in known]),
@@ -81,17 +81,17 @@ def held_out(judged: Judged) -> NDArray[np.float64]:
     return found
 
 
-def _terms(facts: TrackProperties) -> NDArray[np.float64]:
+def _terms(tracks: TrackProperties) -> NDArray[np.float64]:
     given = UncertaintyInput(
-        frames=facts.frames,
-        detected=facts.detected,
+        frames=tracks.frames,
+        detected=tracks.detected,
         name=[],
-        share=facts.share,
+        share=tracks.share,
         runner_up=[],
-        runner_up_share=facts.runner_up_share,
-        rejected=facts.rejected,
-        judged=facts.judged,
-        windows=facts.windows,
+        runner_up_share=tracks.runner_up_share,
+        rejected=tracks.rejected,
+        judged=tracks.judged,
+        windows=tracks.windows,
         by_engine=True,
     )
     found = terms(given)
@@ -100,14 +100,14 @@ def _terms(facts: TrackProperties) -> NDArray[np.float64]:
 
 def _former(run: JudgedRun) -> NDArray[np.float64]:
     """The sort key of the queue up to version 0.1, without its term for verdicts near tau."""
-    facts = run.facts
-    lead = facts.share - np.nan_to_num(facts.runner_up_share)
-    predicted = (facts.frames - facts.detected - facts.relocalised) / facts.frames
+    tracks = run.properties
+    lead = tracks.share - np.nan_to_num(tracks.runner_up_share)
+    predicted = (tracks.frames - tracks.detected - tracks.relocalised) / tracks.frames
     weights = (
         np.where(np.isnan(lead), 1.0, np.clip(1 - lead / 0.6, 0, 1)),
-        0.7 * np.clip((15 - facts.frames) / 12, 0, 1),
+        0.7 * np.clip((15 - tracks.frames) / 12, 0, 1),
         0.6 * np.clip(predicted / 0.6, 0, 1),
-        run.other.weight,
+        run.disagreement.weight,
     )
     return np.asarray(1 - np.prod([1 - weight for weight in weights], axis=0))
 
@@ -116,9 +116,9 @@ def _run(data: Data) -> Result:
     clips, approaches = read_clips(data.need("clips")), read_approaches(data.need("looming")).videos
     store = data.scratch / "changed"
     cameras = tuple(CAMERAS)
-    videos = list(filmed(clips, store, cameras))
+    videos = list(film(clips, store, cameras))
     for number, (name, approach) in enumerate(approaches.items()):
-        videos += filmed({name: approach}, store, (cameras[number // 6 % len(cameras)],))
+        videos += film({name: approach}, store, (cameras[number // 6 % len(cameras)],))
     judged = Judged.of(list(judged_runs(videos, store)))
     chances = {"fitted": held_out(judged), "former": judged.former}
     whole = fit(judged.terms, judged.changed)

@@ -41,7 +41,7 @@ def figures_of(sign: Sign, boxes: Boxes) -> dict[str, float]:
     met = (ends[0] <= NEAR and min(boxes) >= early - NEAR) and (ends[1] >= -NEAR and max(boxes) <= late + NEAR)
     run = longest = 0
     for k in range(min(boxes), max(boxes) + 1):
-        away = k in boxes and (not early <= k <= late or (k in sign.rows and _iou(boxes[k], sign.rows[k]) < 0.1))
+        away = k in boxes and (not early <= k <= late or (k in sign.rows and iou_each(boxes[k], sign.rows[k])[0] < 0.1))
         run = run + 1 if away else 0
         longest = max(longest, run)
     return {
@@ -87,7 +87,3 @@ def lines_needed(sign: Sign) -> int:
 def mean_of(rows: Sequence[Mapping[str, float]]) -> JsonObject:
     """Mean of each figure, and the number of rows."""
     return {name: float(np.mean([row[name] for row in rows])) for name in rows[0]} | {"starts": len(rows)}
-
-
-def _iou(a: FloatArray, b: FloatArray) -> float:
-    return float(iou_each(a, b)[0])

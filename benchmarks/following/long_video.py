@@ -9,7 +9,7 @@ from pathlib import Path
 import av
 import numpy as np
 
-from benchmarks.timing.memory import memory
+from benchmarks.timing.processes import memory
 from tsr_engine.follow import Anchor, FollowerModels, Proposal
 from tsr_engine.follow_video import follow_video
 from tsr_engine.json_shapes import JsonObject

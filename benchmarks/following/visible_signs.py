@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from tsr_engine.follow import MIN_WIDTH_PX
 from tsr_engine.geometry.boxes import clip
+from tsr_engine.io.video import open_video
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["POSITIONS", "Sign", "paint_over", "signs_of"]
+__all__ = ["POSITIONS", "Sign", "decode", "paint_over", "signs_of"]
 
 POSITIONS = {"first third": 1 / 6, "middle": 1 / 2, "last third": 5 / 6}
 """Frames in which a sign is drawn, as shares of its visible life."""
@@ -47,6 +49,12 @@ class Sign:
         frames = sorted(self.life)
         wanted = frames[round(POSITIONS[position] * (len(frames) - 1))]
         return min(self.clear, key=lambda frame: (abs(frame - wanted), frame))
+
+
+def decode(path: Path) -> list[Picture]:
+    """All pictures of a video."""
+    with open_video(path) as video:
+        return [frame.picture for frame in video.frames()]
 
 
 def signs_of(truth: TrackTable, width: int, height: int) -> list[Sign]:

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from benchmarks.boxes import share_inside
 from benchmarks.peers.multi_object_trackers import load
-from tsr_engine.geometry.boxes import area, intersection, iou
+from tsr_engine.geometry.boxes import iou
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import BoolArray, IntArray, TrackTable
@@ -95,6 +96,5 @@ def _excused(truth: TrackTable, here: IntArray, wanted: BoolArray, boxes: FloatA
             out[j] = not wanted[here[i]]
     ignored = here[truth.ignore[here]]
     if len(ignored):
-        own = intersection(boxes, truth.boxes[ignored]) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
-        out |= ~taken & (own >= MATCH).any(axis=1)
+        out |= ~taken & (share_inside(boxes, truth.boxes[ignored]) >= MATCH).any(axis=1)
     return out

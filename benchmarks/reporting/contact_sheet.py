@@ -11,7 +11,7 @@ import numpy as np
 
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["Cell", "cut_square", "write_sheet"]
+__all__ = ["Cell", "cut_square", "grid", "write_sheet"]
 
 SIDE = 84
 """Side of a cut-out on the sheet, px."""
@@ -54,22 +54,27 @@ def cut_square(picture: Picture, box: Sequence[float] | FloatArray, margin: floa
     return view
 
 
+def grid(cells: Sequence[tuple[str, Picture]], side: int, columns: int) -> Picture:
+    """Square pictures of ``side`` px in rows, each below its text."""
+    rows, columns = -(-len(cells) // columns), min(columns, len(cells))
+    page = np.full((rows * (side + LABEL + 4), columns * (side + 4), 3), 255, np.uint8)
+    for number, (text, view) in enumerate(cells):
+        row, column = divmod(number, columns)
+        top, left = row * (side + LABEL + 4), column * (side + 4)
+        page[top + LABEL : top + LABEL + side, left : left + side] = view
+        place = (left + 2, top + LABEL - 4)
+        cv2.putText(page, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.42, (0, 0, 0), 1, cv2.LINE_AA)
+    return page
+
+
 def write_sheet(path: Path, cells: Sequence[Cell], *, margin: float = 0.6, columns: int = 10) -> None:
     """Write the sheet, row by row; without cells, remove an existing file."""
     if not cells:
         path.unlink(missing_ok=True)
         return
-    rows = -(-len(cells) // columns)
-    columns = min(columns, len(cells))
-    sheet = np.full((rows * (SIDE + LABEL + 4), columns * (SIDE + 4), 3), 255, np.uint8)
-    for number, cell in enumerate(cells):
-        row, column = divmod(number, columns)
-        top, left = row * (SIDE + LABEL + 4), column * (SIDE + 4)
-        view = cut_square(cell.picture, cell.box, margin, SIDE)
-        step = 255 / (LEVELS - 1)
-        sheet[top + LABEL : top + LABEL + SIDE, left : left + SIDE] = np.round(np.round(view / step) * step)
-        place = (left + 2, top + LABEL - 4)
-        cv2.putText(sheet, cell.label, place, cv2.FONT_HERSHEY_SIMPLEX, 0.42, (0, 0, 0), 1, cv2.LINE_AA)
+    step = 255 / (LEVELS - 1)
+    views = ((cell.label, cut_square(cell.picture, cell.box, margin, SIDE)) for cell in cells)
+    sheet = grid([(label, np.round(np.round(view / step) * step)) for label, view in views], SIDE, columns)
     path.parent.mkdir(parents=True, exist_ok=True)
     written, data = cv2.imencode(".png", sheet, [cv2.IMWRITE_PNG_COMPRESSION, 9])
     assert written

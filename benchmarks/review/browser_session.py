@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchmarks.experiment import Skip
+from benchmarks.timing.processes import child_processes
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
     from tests.e2e.live_server import LiveServer
 
-__all__ = ["READY", "BrowserSession", "descendants", "open_browser_session", "open_review", "renderers", "resident_mb"]
+__all__ = ["READY", "BrowserSession", "open_browser_session", "open_review", "renderers"]
 
 READY = "(r => r && r.shown === r.frame && r.tracks && r.lanes)(tsr.store.get().review)"
 """JavaScript condition: the review screen shows its picture, tracks and lanes."""
@@ -74,37 +75,10 @@ def open_review(page: Page, video: str, run: str, frame: int = 0) -> None:
     page.wait_for_function(f"() => {READY}")
 
 
-def resident_mb(pids: Iterable[int]) -> float:
-    """Resident memory of processes, in MB of 2^20 bytes.
-
-    This is an upper bound, since memory that several processes share counts for each.
-    """
-    total = 0
-    for pid in pids:
-        with contextlib.suppress(OSError):
-            lines = Path(f"/proc/{pid}/status").read_text().splitlines()
-            total += next((int(line.split()[1]) for line in lines if line.startswith("VmRSS")), 0)
-    return total / 1024
-
-
-def descendants(pid: int) -> list[int]:
-    """All direct and indirect child processes of a process (Linux)."""
-    parents: dict[int, list[int]] = {}
-    for folder in Path("/proc").glob("[0-9]*"):
-        with contextlib.suppress(OSError):
-            # State and parent follow the last bracket, since the name in brackets may contain brackets.
-            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
-            parents.setdefault(parent, []).append(int(folder.name))
-    found = list(parents.get(pid, ()))
-    for child in found:
-        found += parents.get(child, ())
-    return found
-
-
 def renderers(browser: int) -> list[int]:
     """The page processes of a browser."""
     found = []
-    for pid in descendants(browser):
+    for pid in child_processes(browser):
         with contextlib.suppress(OSError):
             if b"--type=renderer" in Path(f"/proc/{pid}/cmdline").read_bytes():
                 found.append(pid)

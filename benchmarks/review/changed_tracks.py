@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -17,12 +18,13 @@ from app.evidence.disagreement import MIN_IOU, compare_with_run
 from app.evidence.run_columns import confirmed_boxes
 from app.evidence.tracks import TrackProperties, read_track_properties
 from app.evidence.uncertainty import Disagreement
+from benchmarks.boxes import share_inside
 from benchmarks.cache import ENGINE, code, file_digest
-from benchmarks.corruptions.video import dimmed
+from benchmarks.corruptions.video import dim, write_changed
 from tsr_engine.errors import TsrError
 from tsr_engine.evaluation.track_tables import every_nth_frame
 from tsr_engine.evidence import EvidenceReader
-from tsr_engine.geometry.boxes import area, intersection, iou
+from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.labels.files import shipped_set
@@ -31,7 +33,7 @@ from tsr_engine.pipeline import Components, load_components
 from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["ALIKE", "CAMERAS", "RUNS", "Filmed", "JudgedRun", "filmed", "judge", "judged_runs"]
+__all__ = ["CAMERAS", "RUNS", "FilmedVideo", "JudgedRun", "film", "judge", "judged_runs"]
 
 RUNS: Mapping[str, Params] = {
     "default": Params.preset("default"),
@@ -42,10 +44,10 @@ RUNS: Mapping[str, Params] = {
 }
 """Runs that people review: as shipped; with the tracks of weak detections that are left out otherwise; and the preset
 that makes the most mistakes."""
-OTHERS: Mapping[str, str] = {"default": "paper", "lenient": "default", "paper": "default"}
+COMPARED_WITH: Mapping[str, str] = {"default": "paper", "lenient": "default", "paper": "default"}
 """Name of the run that the queue compares each run with."""
 
-ALIKE = 0.5
+MIN_BOX_IOU = 0.5
 """IoU below which a person moves a box, or deletes it if the sign is gone."""
 LOOSE_FRAMES, LOOSE_SHARE = 2, 0.1
 """Least number of such frames, and their share of all, for which a person corrects the boxes of a track."""
@@ -55,7 +57,7 @@ ALL_FRAMES = (0, 2**62)
 
 
 @dataclass(frozen=True, slots=True)
-class Filmed:
+class FilmedVideo:
     """A video as a camera films it.
 
     Attributes:
@@ -79,18 +81,18 @@ class JudgedRun:
         clip: name of the video.
         camera: name in ``CAMERAS``.
         run: name in ``RUNS``.
-        facts: facts of each track from the evidence.
-        other: differences from the run of ``OTHERS``.
-        change: why a person changes each track: ``false``, ``label``, ``boxes`` or ``split``; empty: they accept it;
+        properties: properties of each track from the evidence.
+        disagreement: differences from the run of ``COMPARED_WITH``.
+        changes: why a person changes each track: ``false``, ``label``, ``boxes`` or ``split``; empty: they accept it;
             None: unknown from the ground truth.
     """
 
     clip: str
     camera: str
     run: str
-    facts: TrackProperties
-    other: Disagreement
-    change: tuple[str | None, ...]
+    properties: TrackProperties
+    disagreement: Disagreement
+    changes: tuple[str | None, ...]
 
 
 def _coarse(source: Path, place: Path) -> None:
@@ -108,27 +110,23 @@ def _slow(source: Path, place: Path) -> None:
                 writer.write(frame.picture)
 
 
-def _same(truth: TrackTable) -> TrackTable:
-    return truth
-
-
 @dataclass(frozen=True, slots=True)
 class Camera:
     """Another way to film a video.
 
     Attributes:
         film: writes the camera's version of a video; None: the video itself.
-        truth: converts the ground truth to its frames and pixels.
+        truth: converts the ground truth to the version's frames and pixels.
     """
 
     film: Callable[[Path, Path], object] | None = None
-    truth: Callable[[TrackTable], TrackTable] = _same
+    truth: Callable[[TrackTable], TrackTable] = lambda truth: truth
 
 
 SLOW = 3
 CAMERAS: Mapping[str, Camera] = {
     "as filmed": Camera(),
-    "dim": Camera(dimmed),
+    "dim": Camera(partial(write_changed, dim)),
     "coarse": Camera(_coarse, lambda truth: replace(truth, boxes=truth.boxes / 2)),
     "slow": Camera(_slow, lambda truth: every_nth_frame(truth, SLOW)),
 }
@@ -136,7 +134,7 @@ CAMERAS: Mapping[str, Camera] = {
 compression; every third frame."""
 
 
-def filmed(videos: Mapping[str, tuple[Path, TrackTable]], scratch: Path, cameras: Sequence[str]) -> Iterator[Filmed]:
+def film(videos: Mapping[str, tuple[Path, TrackTable]], scratch: Path, cameras: Sequence[str]) -> Iterator[FilmedVideo]:
     """Yield each video as filmed by each camera.
 
     Args:
@@ -146,44 +144,45 @@ def filmed(videos: Mapping[str, tuple[Path, TrackTable]], scratch: Path, cameras
     """
     for name, (path, truth) in videos.items():
         for camera in cameras:
-            how = CAMERAS[camera]
+            way = CAMERAS[camera]
             place = path
-            if how.film is not None:
+            if way.film is not None:
                 place = scratch / camera / f"{file_digest(path)[:16]}.mp4"
                 if not place.is_file():
                     place.parent.mkdir(parents=True, exist_ok=True)
-                    how.film(path, place)
-            yield Filmed(name, camera, place, how.truth(truth))
+                    way.film(path, place)
+            yield FilmedVideo(name, camera, place, way.truth(truth))
 
 
-def judged_runs(videos: Iterable[Filmed], scratch: Path) -> Iterator[JudgedRun]:
+def judged_runs(videos: Iterable[FilmedVideo], scratch: Path) -> Iterator[JudgedRun]:
     """Run each video with the parameters of ``RUNS`` and judge the tracks of each run.
 
     Args:
         videos: videos with ground truth.
         scratch: folder for the evidence.
     """
-    parts = {name: load_components(params) for name, params in RUNS.items()}
+    components = {name: load_components(params) for name, params in RUNS.items()}
     labels = shipped_set("gtsrb-43")
     for video in videos:
-        facts, boxes = {}, {}
+        properties, boxes = {}, {}
         for name, params in RUNS.items():
-            with EvidenceReader(_evidence(video.path, params, parts[name], scratch / name)) as reader:
-                facts[name], boxes[name] = read_track_properties(reader), confirmed_boxes(reader)
+            with EvidenceReader(_evidence(video.path, params, components[name], scratch / name)) as reader:
+                properties[name], boxes[name] = read_track_properties(reader), confirmed_boxes(reader)
                 size = int(reader.header.frame_table["width"]), int(reader.header.frame_table["height"])
-        for name, other in OTHERS.items():
-            said = compare_with_run(boxes[name], boxes[other], facts[name], other, ALL_FRAMES, labels)
-            change = judge(boxes[name], facts[name].class_id, video.truth, size)
-            yield JudgedRun(video.clip, video.camera, name, facts[name], said, change)
+        for name, other in COMPARED_WITH.items():
+            own = properties[name]
+            disagreement = compare_with_run(boxes[name], boxes[other], own, other, ALL_FRAMES, labels)
+            changes = judge(boxes[name], own.class_id, video.truth, size)
+            yield JudgedRun(video.clip, video.camera, name, own, disagreement, changes)
 
 
 def judge(
-    boxes: TrackTable, labels: NDArray[np.int64], truth: TrackTable, size: tuple[int, int]
+    tracks: TrackTable, labels: NDArray[np.int64], truth: TrackTable, size: tuple[int, int]
 ) -> tuple[str | None, ...]:
     """Why a person who knows the truth changes each track.
 
     Args:
-        boxes: boxes of the tracks.
+        tracks: boxes of the tracks.
         labels: label of each track.
         truth: ground truth of the video.
         size: width and height of the pictures, px.
@@ -191,11 +190,11 @@ def judge(
     Returns:
         One entry for each track, see :class:`JudgedRun`.
     """
-    boxes = boxes.inside(*size)
+    tracks = tracks.inside(*size)
     signs, changes = [], []
-    for track in range(len(boxes.names)):
-        rows = np.flatnonzero(boxes.track == track)
-        sign, change = _judge_track(boxes.boxes[rows], boxes.frame[rows], int(labels[track]), truth, size)
+    for track in range(len(tracks.names)):
+        rows = np.flatnonzero(tracks.track == track)
+        sign, change = _judge_track(tracks.boxes[rows], tracks.frame[rows], int(labels[track]), truth, size)
         signs.append(sign)
         changes.append(change)
     shared = {sign for sign in signs if sign is not None and signs.count(sign) > 1}
@@ -213,17 +212,17 @@ def _judge_track(
     for k, frame in enumerate(frames.tolist()):
         here = np.flatnonzero(truth.frame == frame)
         found = iou(boxes[k : k + 1], truth.boxes[here])[0]
-        own = intersection(boxes[k : k + 1], truth.boxes[here])[0] / max(float(area(boxes[k : k + 1])[0]), 1e-9)
-        excused[k] |= bool((truth.ignore[here] & (np.maximum(found, own) >= ALIKE)).any())
+        inside = share_inside(boxes[k : k + 1], truth.boxes[here])[0]
+        excused[k] |= bool((truth.ignore[here] & (np.maximum(found, inside) >= MIN_BOX_IOU)).any())
         for row, value in zip(here.tolist(), found.tolist(), strict=True):
             if not truth.ignore[row] and value >= MIN_IOU:
                 overlap.setdefault(int(truth.track[row]), {})[k] = value
     if not overlap:
-        return None, None if excused.mean() >= ALIKE else "false"
+        return None, None if excused.mean() >= MIN_BOX_IOU else "false"
     sign = max(overlap, key=lambda one: (len(overlap[one]), -one))
     if label != int(truth.class_id[truth.track == sign][0]):
         return sign, "label"
-    loose = sum(not excused[k] and overlap[sign].get(k, 0.0) < ALIKE for k in range(len(frames)))
+    loose = sum(not excused[k] and overlap[sign].get(k, 0.0) < MIN_BOX_IOU for k in range(len(frames)))
     return sign, "boxes" if loose >= LOOSE_FRAMES and loose > LOOSE_SHARE * len(frames) else ""
 
 
@@ -232,10 +231,10 @@ def _at_edge(boxes: NDArray[np.float64], size: tuple[int, int]) -> NDArray[np.bo
     return np.asarray(outside, dtype=np.bool_)
 
 
-def _evidence(path: Path, params: Params, parts: Components, store: Path) -> Path:
+def _evidence(path: Path, params: Params, components: Components, store: Path) -> Path:
     folder = store / f"{file_digest(path)[:16]}-{code(ENGINE)[:16]}"
     if not _is_complete(folder):
-        track_video(RunRequest(path, params, evidence=folder, restart=True), parts)
+        track_video(RunRequest(path, params, evidence=folder, restart=True), components)
     return folder
 
 

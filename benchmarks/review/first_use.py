@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from benchmarks.review.browser_session import descendants, open_browser_session, resident_mb
+from benchmarks.review.browser_session import open_browser_session
+from benchmarks.timing.processes import child_processes, resident_mb
 from sample_videos import SHIPPED
 from tsr_engine.json_shapes import JsonObject
 
@@ -47,5 +48,5 @@ def first_correction(home: Path) -> JsonObject:
         page.context.close()
         time.sleep(5)
         steps["server_mb"] = resident_mb([session.server.pid])
-        steps["workers_mb"] = [round(resident_mb([pid])) for pid in descendants(session.server.pid)]
+        steps["workers_mb"] = [round(resident_mb([pid])) for pid in child_processes(session.server.pid)]
     return steps

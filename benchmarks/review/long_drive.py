@@ -5,8 +5,9 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from benchmarks.review.browser_session import READY, BrowserSession, renderers, resident_mb
+from benchmarks.review.browser_session import READY, BrowserSession, renderers
 from benchmarks.review.debug_port_page import open_debug_port_page
+from benchmarks.timing.processes import resident_mb
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

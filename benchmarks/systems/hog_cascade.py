@@ -18,7 +18,7 @@ from benchmarks.systems.hog_blocks import WINDOW
 from benchmarks.systems.hog_scan import HogLevel, levels, scales_of, scan
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
-from tsr_engine.geometry.boxes import clip
+from tsr_engine.geometry.boxes import clip, iou
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import Detections, FloatArray, Picture
@@ -149,11 +149,7 @@ def merged(boxes: FloatArray, scores: FloatArray, kept: FloatArray) -> FloatArra
     """
     out = kept.copy()
     for i, box in enumerate(kept):
-        w = np.minimum(boxes[:, 2], box[2]) - np.maximum(boxes[:, 0], box[0])
-        h = np.minimum(boxes[:, 3], box[3]) - np.maximum(boxes[:, 1], box[1])
-        both = np.maximum(w, 0) * np.maximum(h, 0)
-        areas = (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
-        near = both / (areas + (box[2] - box[0]) * (box[3] - box[1]) - both) >= 0.6
+        near = iou(boxes, box)[:, 0] >= 0.6
         weight = np.exp(np.minimum(scores[near] - scores[near].max(), 0.0))
         out[i] = weight @ boxes[near] / weight.sum()
     return out

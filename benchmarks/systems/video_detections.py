@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.geometry.boxes import area, intersection, iou
+from benchmarks.boxes import share_inside
+from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
 from tsr_engine.params.tracking import TrackingParams
@@ -140,8 +141,7 @@ def without_ignored(
     An ignored box excuses a box with an IoU of at least 0.5, or with at least half of its area inside.
     """
     if len(boxes) and len(truth.ignored):
-        own = intersection(boxes, truth.ignored) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
-        excused = (np.maximum(iou(boxes, truth.ignored), own) >= 0.5).any(axis=1)
+        excused = (np.maximum(iou(boxes, truth.ignored), share_inside(boxes, truth.ignored)) >= 0.5).any(axis=1)
         if len(truth.boxes):
             excused &= ~(iou(boxes, truth.boxes) >= 0.5).any(axis=1)
         boxes, scores = boxes[~excused], scores[~excused]

@@ -1,12 +1,7 @@
 """Measures time and memory of the export of a long drive, and of reading it back, for every format without pictures.
 
-::
-
-    python benchmarks/timing/exports.py                    # all formats, each in a fresh process
-    python benchmarks/timing/exports.py cvat-video --read
-
 The drive has 132,400 frames and 5,000 tracks of 25 to 50 boxes; the budget is 20 s and 500 MB per format. The
-experiment ``exports`` reports the figures.
+experiment ``exports`` runs ``python benchmarks/timing/exports.py FORMAT`` for each.
 """
 
 from __future__ import annotations
@@ -24,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.timing.memory import memory
+from benchmarks.timing.processes import memory
 from tsr_engine.errors import TsrError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import export_dataset
@@ -75,16 +70,13 @@ def drive() -> Dataset:
     return Dataset(shipped_set(DEFAULT), (video,))
 
 
-def measure(name: str, *, zipped: bool, read: bool) -> dict[str, object]:
-    """Measure one format in this process: seconds, peak MB, size, and the tracks read back."""
+def measure(name: str) -> dict[str, object]:
+    """Export a ZIP file in this process and read it back: seconds, peak MB, size, and numbers of boxes."""
     data = drive()
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / ("export.zip" if zipped else "export")
+        out = Path(folder) / "export.zip"
         begin, worked = time.perf_counter(), time.process_time()
-        try:
-            manifest = export_dataset(data, FORMATS[name], out, zipped=zipped)
-        except TsrError as error:
-            return {"format": name, "refused": str(error)}
+        manifest = export_dataset(data, FORMATS[name], out, zipped=True)
         seconds = time.perf_counter() - begin
         found: dict[str, object] = {
             "format": name,
@@ -96,7 +88,7 @@ def measure(name: str, *, zipped: bool, read: bool) -> dict[str, object]:
             "mb": round(sum(entry["size"] for entry in manifest.files) / 1e6, 1),
             "boxes": manifest.counts["boxes"],
         }
-        if read and FORMATS[name].read is not None:
+        if FORMATS[name].read is not None:
             begin, worked = time.perf_counter(), time.process_time()
             back = read_dataset(out, ImportTarget(data.videos[0], shipped_set(DEFAULT)))
             found["read_seconds"] = round(time.perf_counter() - begin, 2)
@@ -106,14 +98,13 @@ def measure(name: str, *, zipped: bool, read: bool) -> dict[str, object]:
     return found
 
 
-def measured(name: str, *, zipped: bool = True, read: bool = False) -> JsonObject:
+def measure_in_new_process(name: str) -> JsonObject:
     """Measure one format in a separate process, so that the peak memory belongs to it alone.
 
     Raises:
         TsrError: the process ended without a result.
     """
-    flags = [flag for flag, on in (("--folder", not zipped), ("--read", read)) if on]
-    command = [sys.executable, __file__, name, "--here", *flags]
+    command = [sys.executable, __file__, name]
     done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)  # noqa: S603
     if done.returncode:
         raise TsrError(f"{name}: {done.stderr.strip()[-400:]}")
@@ -122,16 +113,10 @@ def measured(name: str, *, zipped: bool = True, read: bool = False) -> JsonObjec
 
 
 def main() -> None:
-    """Measure the named formats, or all, each in a separate process."""
+    """Measure one format in this process."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("formats", nargs="*", help="names of formats; unset: all")
-    parser.add_argument("--folder", action="store_true", help="write a folder instead of a ZIP file")
-    parser.add_argument("--read", action="store_true", help="also read the export back")
-    parser.add_argument("--here", action="store_true", help="measure in this process")
-    args = parser.parse_args()
-    one = measure if args.here else measured
-    for name in args.formats or WITHOUT_PICTURES:
-        print(json.dumps(one(name, zipped=not args.folder, read=args.read)), flush=True)
+    parser.add_argument("format", choices=WITHOUT_PICTURES)
+    print(json.dumps(measure(parser.parse_args().format)))
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from typing import Final
 
-from benchmarks.experiments.clients import processor_seconds
+from benchmarks.timing.processes import processor_seconds
 from benchmarks.timing.waiting import page_of
 from tests.attack.server_process import children, command_line
 from tests.e2e.live_server import LiveServer

@@ -17,16 +17,17 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, TextIO
 
 import cv2
-import numpy as np
 
+from benchmarks.systems.detection_records import detections_from_record, detections_to_record
 from benchmarks.timing.looped_video import RATE
-from benchmarks.timing.memory import memory
+from benchmarks.timing.processes import memory
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, FramePixels, RunHeader, RunState, VideoIdentity
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.video import open_video, video_sha256
@@ -81,18 +82,13 @@ def detect_once(video: Path, components: Components, params: Params, kept: Path 
     with open_video(video) as opened:
         for frame in opened.frames(0, None):
             if len(answers) > len(clip):
-                boxes, raw, prior, scores, moved = (np.array(values) for values in answers[len(clip)])
-                found = Detections(boxes.reshape(-1, 4), raw, prior, scores)
-                clip.append(DetectedFrame(frame.picture, found, (float(moved[0]), float(moved[1]))))
+                *record, (x, y) = answers[len(clip)]
+                clip.append(DetectedFrame(frame.picture, detections_from_record(record), (x, y)))
             else:
                 step = shift.step(frame.picture)
                 clip.append(DetectedFrame(frame.picture, components.detector.detect(frame.picture), step))
     if kept is not None and not answers:
-        rows = [
-            [d.boxes.tolist(), d.raw_scores.tolist(), d.prior.tolist(), d.scores.tolist(), list(seen.shift)]
-            for seen in clip
-            for d in (seen.detections,)
-        ]
+        rows = [[*detections_to_record(seen.detections), list(seen.shift)] for seen in clip]
         kept.parent.mkdir(parents=True, exist_ok=True)
         kept.write_text(json.dumps({"key": key, "answers": rows}), encoding="utf-8")
     return clip
@@ -152,7 +148,7 @@ def repeated(
                 detections = seen.detections if shown else Detections.empty()
                 given = FrameInput(ordinal, ordinal / RATE, detections, seen.shift, pixels)
                 evidence = core.step(given)
-                _drain(rows.add(evidence))
+                deque(rows.add(evidence), maxlen=0)
                 writer.append(replace(evidence, regions=replay_regions(evidence, pixels, params)))
                 done = ordinal + 1
                 if not note(done):
@@ -177,11 +173,6 @@ def note_writer(lines: TextIO, seconds: float) -> Callable[[int], bool]:
         return passed < seconds
 
     return note
-
-
-def _drain(rows: Iterator[object]) -> None:
-    for _ in rows:
-        pass
 
 
 def main() -> None:

@@ -26,7 +26,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from fractions import Fraction
-from itertools import cycle, islice
+from itertools import islice
 from pathlib import Path
 
 import av
@@ -58,16 +58,16 @@ def main() -> None:
     parser.add_argument("--work", type=Path, help="folder that keeps drives and runs")
     parser.add_argument("--times", type=int, default=4, help="recordings in one process")
     parser.add_argument("--here", nargs=2, type=Path, metavar=("RUN", "VIDEO"), help="record one run in this process")
-    asked = parser.parse_args()
-    if asked.here:
-        print(json.dumps(record(asked.here[0], asked.here[1], asked.times)))
+    args = parser.parse_args()
+    if args.here:
+        print(json.dumps(record(args.here[0], args.here[1], args.times)))
         return
     met = True
     with ExitStack() as stack:
-        work = asked.work or Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        work = args.work or Path(stack.enter_context(tempfile.TemporaryDirectory()))
         work.mkdir(parents=True, exist_ok=True)
         for kind in KINDS:
-            found = measure(kind, work, asked.clips, asked.times)
+            found = measure(kind, work, args.clips, args.times)
             met &= found["megabytes"] <= MOST_MB and max(found["seconds"]) <= MOST_SECONDS
             print(json.dumps(found), flush=True)
     sys.exit(0 if met else 1)
@@ -160,7 +160,7 @@ def _drive(kind: str, out: Path, clips: Path | None) -> str:
 
 
 def _pictures(source: Path) -> Iterator[Picture]:
-    for _ in cycle((0,)):
+    while True:
         with open_video(source) as video:
             for frame in video.frames():
                 yield cv2.resize(frame.picture, (WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC)  # type: ignore[misc]

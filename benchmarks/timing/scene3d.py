@@ -11,6 +11,7 @@ On a busy machine, use the processor time per picture, not the rate.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import shutil
@@ -27,6 +28,7 @@ from app.scene3d.scenes.base import SceneContext
 from app.scene3d.scenes.volume import VolumeScene
 from app.scene3d.view import configure_server, place_viewers
 from app.scene3d.view_state import ViewState
+from benchmarks.timing.processes import child_processes, processor_seconds
 from tsr_engine.json_shapes import JsonObject
 
 GL = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
@@ -53,27 +55,27 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=15.0, help="time to turn the scene")
     parser.add_argument("--as-viser", action="store_true", help="without our script for software rendering")
     parser.add_argument("--chromium", type=Path, default=Path(shutil.which("chromium") or "/usr/bin/chromium"))
-    asked = parser.parse_args()
+    args = parser.parse_args()
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     try:
         configure_server(server)
-        stand_up(server, asked.tracks)
+        add_scene(server, args.tracks)
         with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=asked.chromium, args=list(GL))
+            browser = playwright.chromium.launch(executable_path=args.chromium, args=list(GL))
             page = browser.new_page(viewport={"width": 1000, "height": 640})
-            if not asked.as_viser:
+            if not args.as_viser:
                 page.add_init_script(PLAIN)
             page.add_init_script(_COUNT)
             page.goto(f"http://127.0.0.1:{server.get_port()}")
             page.wait_for_function("() => window.drawn > 0", timeout=120_000)
             page.wait_for_timeout(5000)
-            print(json.dumps({"tracks": asked.tracks, **turn(page, asked.seconds)}))
+            print(json.dumps({"tracks": args.tracks, **turn(page, args.seconds)}))
             browser.close()
     finally:
         server.stop()
 
 
-def stand_up(server: viser.ViserServer, tracks: int) -> None:
+def add_scene(server: viser.ViserServer, tracks: int) -> None:
     """Add the whole scene: lines, blocks near the cursor, a selected track, a picture."""
     length, rng = 25, np.random.default_rng(tracks)
     frame = (np.arange(tracks)[:, None] * 10 + np.arange(length)).ravel()
@@ -116,12 +118,17 @@ def turn(page: Page, seconds: float) -> JsonObject:
     load = os.getloadavg()[0]
     page.mouse.move(300, 300)
     page.mouse.down()
-    before, worked, began, step = page.evaluate("[window.pictures, window.drawn]"), _worked(), time.monotonic(), 0
+    before, worked, began, step = (
+        page.evaluate("[window.pictures, window.drawn]"),
+        _children_seconds(),
+        time.monotonic(),
+        0,
+    )
     while time.monotonic() - began < seconds:
         step += 1
         page.mouse.move(300 + abs(step % 80 - 40) * 4, 300)
         page.wait_for_timeout(30)
-    took, worked = time.monotonic() - began, _worked() - worked
+    took, worked = time.monotonic() - began, _children_seconds() - worked
     after = page.evaluate("[window.pictures, window.drawn]")
     page.mouse.up()
     pictures = max(1, after[0] - before[0])
@@ -138,21 +145,13 @@ def turn(page: Page, seconds: float) -> JsonObject:
     }
 
 
-def _worked() -> float:
+def _children_seconds() -> float:
     """Processor time of all child processes, s."""
-    table = {}
-    for place in Path("/proc").iterdir():
-        if place.name.isdecimal():
-            try:
-                cells = (place / "stat").read_text().rpartition(")")[2].split()
-            except OSError:
-                continue  # it has ended meanwhile
-            table[int(place.name)] = (int(cells[1]), int(cells[11]) + int(cells[12]))
-    found = {os.getpid()}
-    while more := {pid for pid, (parent, _) in table.items() if parent in found and pid not in found}:
-        found |= more
-    ticks = sum(table[pid][1] for pid in found if pid in table and pid != os.getpid())
-    return ticks / os.sysconf("SC_CLK_TCK")
+    total = 0.0
+    for pid in child_processes(os.getpid()):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            total += processor_seconds(pid)
+    return total
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ import numpy as np
 from sklearn.linear_model import LogisticRegression
 
 from benchmarks.experiments.follow import TUNED_ON
-from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
+from benchmarks.following.visible_signs import POSITIONS, Sign, decode, paint_over, signs_of
 from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.clips import read_clips
 from tsr_engine.follow import FollowerModels
@@ -27,7 +27,6 @@ from tsr_engine.follow.sign_follower import SignFollower, visible_share
 from tsr_engine.follow.template import Template
 from tsr_engine.follow_video import load_follower
 from tsr_engine.geometry.boxes import clip, iou_each
-from tsr_engine.io.video import open_video
 from tsr_engine.pipeline import one_blas_thread
 from tsr_engine.records import Picture
 from tsr_engine.track_table import TrackTable
@@ -55,8 +54,7 @@ def main() -> None:
 
 def evidence_of(path: Path, truth: TrackTable, parts: FollowerModels) -> Iterator[Seen]:
     """All evidence of one video, and whether each box lies on its sign with an IoU of at least 0.5."""
-    with open_video(path) as video:
-        pictures = [frame.picture for frame in video.frames()]
+    pictures = decode(path)
     height, width = pictures[0].shape[:2]
     for sign in signs_of(truth, width, height):
         for shown, rest in ((pictures, sign), paint_over(pictures, sign)):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.corruptions.video import corrected, dimmed
+from benchmarks.corruptions.video import dim, write_changed
 from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import exports, recordings, retraining
 from benchmarks.timing import exports as export_times
@@ -48,11 +48,11 @@ def test_a_format_is_measured_in_a_separate_process(monkeypatch: pytest.MonkeyPa
     small.write_text(text.replace("132_400", "2_000").replace("5_000", "20"), encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(Path(export_times.__file__).parents[2]))
     monkeypatch.setattr(export_times, "__file__", str(small))
-    found = export_times.measured("tracks-csv", read=True)
+    found = export_times.measure_in_new_process("tracks-csv")
     assert found["format"] == "tracks-csv"
     assert found["read_boxes"] == found["boxes"] > 20 * 25
     with pytest.raises(TsrError, match="nonsense"):
-        export_times.measured("nonsense")
+        export_times.measure_in_new_process("nonsense")
 
 
 def _drive(**more: Any) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, TrackTable]:
 
 def test_a_corrected_clip_contains_its_annotation(drive: tuple[Path, TrackTable]) -> None:
     path, truth = drive
-    video = corrected(path, truth)
+    video = retraining.corrected(path, truth)
     (track,) = video.tracks()
     assert (video.frames, video.stop) == (12, 12)
     assert (track.uid, track.label) == ("7", 14)
@@ -103,8 +103,8 @@ def test_a_corrected_clip_contains_its_annotation(drive: tuple[Path, TrackTable]
 
 
 def test_a_dim_camera_films_the_same_frames_darker(drive: tuple[Path, TrackTable], tmp_path: Path) -> None:
-    dim = dimmed(drive[0], tmp_path / "dim.mp4")
-    with open_video(drive[0]) as bright, open_video(dim) as dark:
+    path = write_changed(dim, drive[0], tmp_path / "dim.mp4")
+    with open_video(drive[0]) as bright, open_video(path) as dark:
         assert (dark.width, dark.height, dark.rate) == (bright.width, bright.height, Fraction(bright.rate))
         pairs = [(a.picture.mean(), b.picture.mean()) for a, b in zip(bright.frames(), dark.frames(), strict=True)]
     assert len(pairs) == 12
