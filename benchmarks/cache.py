@@ -14,8 +14,9 @@ from typing import Any
 
 import tsr_engine
 from tsr_engine.io.atomic import atomic_text
+from tsr_engine.track_table import TrackTable
 
-__all__ = ["ENGINE", "Cache", "code", "digest_of", "file_digest"]
+__all__ = ["ENGINE", "Cache", "code", "digest_of", "file_digest", "table_digest"]
 
 ENGINE = (
     "runs/calibration.py", "channels", "detection", "evaluation", "gating", "geometry", "io", "online", "params",
@@ -60,6 +61,14 @@ def code(steps: tuple[str, ...]) -> str:
 def file_digest(path: Path) -> str:
     """SHA-256 of a file's bytes."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def table_digest(table: TrackTable) -> str:
+    """SHA-256 of a table of annotated boxes."""
+    digest = hashlib.sha256()
+    for column in (table.frame, table.track, table.boxes, table.class_id, table.ignore, table.visibility):
+        digest.update(column.tobytes())
+    return digest.hexdigest()
 
 
 @cache

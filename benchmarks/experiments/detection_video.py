@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -20,7 +20,6 @@ from benchmarks.systems.curves import RATES, outdone, plain, recall_at
 from benchmarks.systems.detection_records import frame_from_record, frame_to_record, systems_code
 from benchmarks.systems.held_out_scenes import ACF_IS
 from benchmarks.systems.video_detections import (
-    FrameDetections,
     FrameGroundTruth,
     detect_video,
     frame_ground_truths,
@@ -29,10 +28,12 @@ from benchmarks.systems.video_detections import (
 )
 from benchmarks.videos.approaches import EACH_OF_A_ROW, read_approaches
 from benchmarks.videos.clips import clip_groups, read_clips
+from benchmarks.videos.stored_detections import DetectedFrame
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import with_prior
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.evaluation.track_tables import read_results
+from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_blas_thread, one_opencv_thread
@@ -54,11 +55,12 @@ ROWS = ("ACF", "ACF and KF", "ACF and prior", "ACF, prior and KF", ENGINE)
 
 @dataclass(frozen=True, slots=True)
 class _Clip:
-    """One clip: ground truth of its frames, detections without and with the prior, and its camera's focus."""
+    """One clip: size and ground truth of its frames, detections without and with the prior, and its camera's focus."""
 
     video: Path
+    size: tuple[int, int]
     ground_truths: list[FrameGroundTruth]
-    seen: dict[str, list[FrameDetections]]
+    seen: dict[str, list[DetectedFrame]]
     coast_foe_y: float | None
 
 
@@ -108,7 +110,8 @@ def watched_clip(video: Path, truth: TrackTable, times: list[float], kept: Cache
     times.extend(record["times"])
     seen = {name: [frame_from_record(frame) for frame in frames] for name, frames in record["seen"].items()}
     ground_truths = frame_ground_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH)
-    return _Clip(video, ground_truths, seen, with_focus(params, video)[0].tracking.coast_foe_y)
+    width, height = record["size"]
+    return _Clip(video, (width, height), ground_truths, seen, with_focus(params, video)[0].tracking.coast_foe_y)
 
 
 def watch_video(video: Path, components: Components) -> JsonObject:
@@ -123,10 +126,9 @@ def watch_video(video: Path, components: Components) -> JsonObject:
                 scores = with_prior(d.raw_scores, d.prior, used)
                 best = suppress(d.boxes, scores, overlap)
                 final = Detections(d.boxes[best], d.raw_scores[best], d.prior[best], scores[best])
-                seen[name].append(
-                    frame_to_record(FrameDetections(frame.ordinal, frame.seconds, frame.size, frame.shift, final))
-                )
-    return {"seen": seen, "times": times}
+                seen[name].append(frame_to_record(replace(frame, detections=final)))
+    with open_video(video) as opened:
+        return {"seen": seen, "times": times, "size": [opened.width, opened.height]}
 
 
 def _alone(clips: Sequence[_Clip], name: str) -> JsonObject:
@@ -146,7 +148,7 @@ def _filtered(clips: Sequence[_Clip], name: str, values: Mapping[str, float]) ->
     for clip in clips:
         tracking = params.with_settings([("coast_foe_y", clip.coast_foe_y)]).tracking
         began = time.thread_time()
-        rows = track_with_filter(clip.seen[name], tracking)
+        rows = track_with_filter(clip.seen[name], clip.size, tracking)
         times.append((time.thread_time() - began) / max(1, len(clip.ground_truths)) * 1e3)
         for row, truth in zip(rows, clip.ground_truths, strict=True):
             results.append(without_ignored(row.boxes, row.scores, truth))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.cache import Cache, code, digest_of, file_digest
+from benchmarks.cache import Cache, code, digest_of, file_digest, table_digest
 from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.following.figures import MAX_ACTIONS, actions, figures_of, lines_needed, mean_of
 from benchmarks.following.long_video import flat_memory
@@ -21,7 +20,7 @@ from benchmarks.following.methods import (
     follow_with_engine,
     follow_with_peer,
     interpolate_linearly,
-    legacy,
+    peer_maker,
 )
 from benchmarks.following.visible_signs import POSITIONS, Sign, decode, paint_over, signs_of
 from benchmarks.peers.detection_gaps import Follower
@@ -64,10 +63,7 @@ class _Video:
     vanish: bool = False
 
     def identity(self) -> list[object]:
-        digest = hashlib.sha256()
-        for column in (self.truth.frame, self.truth.track, self.truth.boxes, self.truth.visibility):
-            digest.update(column.tobytes())
-        return [self.group, file_digest(self.path), digest.hexdigest(), self.vanish]
+        return [self.group, file_digest(self.path), table_digest(self.truth), self.vanish]
 
 
 def _videos(data: Data) -> Iterator[_Video]:
@@ -91,7 +87,7 @@ def _run(data: Data) -> Result:
     missing: dict[str, str] = {}
     for name in PEERS:
         try:
-            makers[name] = legacy(name)
+            makers[name] = peer_maker(name)
         except Missing as why:
             missing[name] = str(why)
     kept = Cache(data.scratch / "following")

@@ -10,8 +10,7 @@ import cv2
 import numpy as np
 
 from benchmarks.peers.detection_gaps import Follower
-from benchmarks.peers.multi_object_trackers import Missing
-from benchmarks.peers.opencv_trackers import OpenCvTracker, maker
+from benchmarks.peers.opencv_trackers import maker
 from tsr_engine.follow import MIN_WIDTH_PX, Anchor, Ending, FollowerModels, follow
 from tsr_engine.follow.outward_pass import MAX_HIDDEN_FRAMES
 from tsr_engine.follow.sign_follower import visible_share
@@ -19,7 +18,7 @@ from tsr_engine.geometry.boxes import clip
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["PEERS", "Filled", "KltBox", "follow_with_engine", "follow_with_peer", "interpolate_linearly", "legacy"]
+__all__ = ["PEERS", "Filled", "KltBox", "follow_with_engine", "follow_with_peer", "interpolate_linearly", "peer_maker"]
 
 PEERS = ("CSRT", "KCF", "MIL", "TLD", "KLT")
 _MIN_VISIBLE_SHARE = 0.5
@@ -138,7 +137,7 @@ class KltBox:
         return self._box
 
 
-def legacy(name: str) -> Callable[[], Follower]:
+def peer_maker(name: str) -> Callable[[], Follower]:
     """A function that makes a peer of :data:`PEERS`.
 
     Raises:
@@ -146,10 +145,4 @@ def legacy(name: str) -> Callable[[], Follower]:
     """
     if name == "KLT":
         return KltBox
-    old = getattr(getattr(cv2, "legacy", None), f"Tracker{name}_create", None)
-    try:
-        return maker(name)
-    except Missing:
-        if old is None:
-            raise
-    return lambda: OpenCvTracker(old())
+    return maker(name)

@@ -46,7 +46,8 @@ def maker(name: str) -> Callable[[], Follower]:
     Raises:
         Missing: the wheel has no tracker of that name, or lacks the weights of its network.
     """
-    create = getattr(cv2, f"Tracker{name}_create", None) or getattr(getattr(cv2, name, None), "create", None)
+    places = (cv2, getattr(cv2, "legacy", None))
+    create = next((found for place in places if (found := getattr(place, f"Tracker{name}_create", None))), None)
     if create is None:
         raise Missing(
             f"the installed OpenCV {cv2.__version__} has no Tracker{name} "

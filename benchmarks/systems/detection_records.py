@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.cache import digest_of
-from benchmarks.systems.video_detections import FrameDetections
+from benchmarks.videos.stored_detections import DetectedFrame
 from tsr_engine.records import Detections
 
 __all__ = ["detections_from_record", "detections_to_record", "frame_from_record", "frame_to_record", "systems_code"]
@@ -40,12 +40,12 @@ def detections_from_record(record: Sequence[object]) -> Detections:
     return Detections(boxes.reshape(-1, 4), raw, prior, scores)
 
 
-def frame_to_record(seen: FrameDetections) -> list[object]:
+def frame_to_record(seen: DetectedFrame) -> list[object]:
     """A frame as exact JSON values."""
-    return [seen.ordinal, seen.seconds, list(seen.size), list(seen.shift), detections_to_record(seen.detections)]
+    return [seen.ordinal, seen.seconds, list(seen.shift), detections_to_record(seen.detections)]
 
 
-def frame_from_record(record: list[Any]) -> FrameDetections:  # Any: values of a JSON record
+def frame_from_record(record: list[Any]) -> DetectedFrame:  # Any: values of a JSON record
     """The reverse of :func:`frame_to_record`."""
-    ordinal, seconds, (width, height), (x, y), found = record
-    return FrameDetections(ordinal, seconds, (width, height), (x, y), detections_from_record(found))
+    ordinal, seconds, (x, y), found = record
+    return DetectedFrame(ordinal, seconds, detections_from_record(found), (x, y))

@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.boxes import share_inside
+from benchmarks.videos.engine_tracker import filter_steps
+from benchmarks.videos.stored_detections import DetectedFrame
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.protocols import OfflineDetector
-from tsr_engine.records import Detections, FloatArray
+from tsr_engine.records import FloatArray
 from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.camera_shift import CameraShift
-from tsr_engine.tracking.tracker import Tracker
 
 __all__ = [
-    "FrameDetections",
     "FrameGroundTruth",
     "Rows",
     "detect_video",
@@ -30,25 +30,6 @@ __all__ = [
     "track_with_filter",
     "without_ignored",
 ]
-
-
-@dataclass(frozen=True, slots=True)
-class FrameDetections:
-    """Detections in one frame.
-
-    Attributes:
-        ordinal: ordinal of the frame.
-        seconds: presentation time.
-        size: width and height, px.
-        shift: global camera shift since the last frame, px.
-        detections: detections, best first.
-    """
-
-    ordinal: int
-    seconds: float
-    size: tuple[int, int]
-    shift: tuple[float, float]
-    detections: Detections
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +55,7 @@ class Rows:
     known: NDArray[np.bool_]
 
 
-def detect_video(video: Path, detector: OfflineDetector, times: list[float]) -> Iterator[FrameDetections]:
+def detect_video(video: Path, detector: OfflineDetector, times: list[float]) -> Iterator[DetectedFrame]:
     """Run a detector over a video.
 
     Args:
@@ -91,34 +72,23 @@ def detect_video(video: Path, detector: OfflineDetector, times: list[float]) -> 
             began = time.thread_time()
             found = detector.detect(frame.picture)
             times.append(time.thread_time() - began)
-            size = (frame.picture.shape[1], frame.picture.shape[0])
-            yield FrameDetections(frame.ordinal, frame.seconds, size, shift.step(frame.picture), found)
+            yield DetectedFrame(frame.ordinal, frame.seconds, found, shift.step(frame.picture))
 
 
-def track_with_filter(frames: Sequence[FrameDetections], params: TrackingParams) -> list[Rows]:
-    """Track the frames' detections with the Kalman filter alone, without gate and online detector."""
-    if not frames:
-        return []
-    tracker = Tracker(params, *frames[0].size)
+def track_with_filter(frames: Sequence[DetectedFrame], size: tuple[int, int], params: TrackingParams) -> list[Rows]:
+    """Track the frames' detections with the Kalman filter alone; ``size`` is the pictures' width and height, px."""
     gaps = np.diff([frame.seconds for frame in frames])
-    interval = float(np.median(gaps)) if len(gaps) else 1.0
-    raw: list[list[tuple[int, bool, FloatArray, float]]] = []
-    confirmed: set[int] = set()
-    before: float | None = None
-    for frame in frames:
-        dt = 1.0 if before is None else max(1e-3, (frame.seconds - before) / max(interval, 1e-9))
-        before = frame.seconds
-        tracks = tracker.step(frame.ordinal, frame.detections, dt, frame.shift).tracks
-        raw.append([(t.track_id, t.state == "confirmed", t.box, t.score) for t in tracks])
-        confirmed |= {t.track_id for t in tracks if t.state == "confirmed"}
+    interval = max(float(np.median(gaps)), 1e-9) if len(gaps) else 1.0
+    raw = [tracks for _, tracks in filter_steps(frames, params, size, interval)]
+    confirmed = {t.track_id for tracks in raw for t in tracks if t.state == "confirmed"}
     out = []
-    for rows in raw:
-        kept = [row for row in rows if row[0] in confirmed]
+    for tracks in raw:
+        kept = [t for t in tracks if t.track_id in confirmed]
         out.append(
             Rows(
-                np.array([row[2] for row in kept], float).reshape(-1, 4),
-                np.array([row[3] for row in kept], float),
-                np.array([row[1] for row in kept], bool),
+                np.array([t.box for t in kept], float).reshape(-1, 4),
+                np.array([t.score for t in kept], float),
+                np.array([t.state == "confirmed" for t in kept], bool),
             )
         )
     return out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from threading import Event
 from typing import Any
@@ -14,12 +14,14 @@ from tsr_engine.evaluation.track_tables import result_table
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
+from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.pipeline import Components, FrameInput, Models, ResultStream, TrackingCore, one_blas_thread
 from tsr_engine.records import Detections, FloatArray, Picture
 from tsr_engine.track_table import TrackTable
+from tsr_engine.tracking.track_status import TrackStatus
 from tsr_engine.tracking.tracker import Tracker
 
-__all__ = ["TrackingResult", "filter_alone", "frame_input", "identity", "start", "track_with_engine"]
+__all__ = ["TrackingResult", "filter_alone", "filter_steps", "frame_input", "identity", "start", "track_with_engine"]
 
 
 @dataclass(slots=True)
@@ -46,19 +48,35 @@ class TrackingResult:
         return cls(_results(record["rows"]), _results(record["live"]), float(record["seconds"]))
 
 
+def filter_steps(
+    frames: Sequence[DetectedFrame], params: TrackingParams, size: tuple[int, int], interval: float
+) -> Iterator[tuple[DetectedFrame, Sequence[TrackStatus]]]:
+    """Each frame with the tracks of the Kalman filter alone, without gate, online detector and classifier.
+
+    Args:
+        frames: frames with their detections.
+        params: parameters of tracking.
+        size: width and height of the pictures, px.
+        interval: nominal time between two frames, s.
+    """
+    tracker = Tracker(params, *size)
+    before: float | None = None
+    for frame in frames:
+        passed = 1.0 if before is None else max((frame.seconds - before) / interval, 1e-3)
+        before = frame.seconds
+        yield frame, tracker.step(frame.ordinal, frame.detections, passed, frame.shift).tracks
+
+
 def filter_alone(seen: DetectedVideo, params: Params) -> TrackTable:
     """The Kalman filter without gate, online detector and classifier: rows of confirmed tracks, class 0.
 
     It reads no pixels.
     """
-    tracker = Tracker(seen.with_focus(params).tracking, seen.width, seen.height)
     rows: dict[int, list[tuple[int, int, FloatArray, int, float, str]]] = {}
     confirmed: set[int] = set()
-    clock: float | None = None
-    for frame in seen.frames:
-        passed = 1.0 if clock is None else (frame.seconds - clock) / seen.interval
-        clock = frame.seconds
-        for t in tracker.step(frame.ordinal, frame.detections, max(passed, 1e-3), frame.shift).tracks:
+    tracking = seen.with_focus(params).tracking
+    for frame, tracks in filter_steps(seen.frames, tracking, (seen.width, seen.height), seen.interval):
+        for t in tracks:
             rows.setdefault(t.track_id, []).append((frame.ordinal, t.track_id, t.box, 0, t.score, t.source))
             if t.state == "confirmed":
                 confirmed.add(t.track_id)

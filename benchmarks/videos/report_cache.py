@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from benchmarks.cache import ENGINE, code, file_digest
+from benchmarks.cache import ENGINE, code, file_digest, table_digest
 from tsr_engine.evaluation.tracking import SignReport, VideoReport
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.json_shapes import JsonMapping
@@ -53,18 +53,8 @@ class ResultCache:
     @staticmethod
     def key(title: str, video: Path, truth: TrackTable, params: Params, models: Mapping[str, str]) -> str:
         """Digest of everything that a report depends on."""
-        digest = hashlib.sha256()
-        for part in (
-            code(ENGINE),
-            file_digest(video),
-            title,
-            params.model_dump_json(),
-            json.dumps(dict(models), sort_keys=True),
-        ):
-            digest.update(part.encode() + b"\0")
-        for column in (truth.frame, truth.track, truth.boxes, truth.class_id, truth.ignore):
-            digest.update(column.tobytes())
-        return digest.hexdigest()
+        parts = [code(ENGINE), file_digest(video), table_digest(truth), title, params.model_dump_json(), dict(models)]
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
 def _report(record: JsonMapping) -> VideoReport:

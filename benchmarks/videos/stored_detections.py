@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.cache import code, file_digest
+from benchmarks.cache import code, file_digest, table_digest
 from tsr_engine.errors import TsrError
 from tsr_engine.evaluation.track_tables import every_nth_frame
 from tsr_engine.evidence import EvidenceReader
@@ -49,10 +48,7 @@ class Annotated:
 
     def identity(self) -> list[str]:
         """Digests of the file and of its ground truth."""
-        truth = hashlib.sha256()
-        for column in (self.truth.frame, self.truth.track, self.truth.boxes, self.truth.ignore):
-            truth.update(column.tobytes())
-        return [file_digest(self.path), truth.hexdigest()]
+        return [file_digest(self.path), table_digest(self.truth)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from benchmarks.following.methods import (
     follow_with_engine,
     follow_with_peer,
     interpolate_linearly,
-    legacy,
+    peer_maker,
 )
 from benchmarks.following.visible_signs import POSITIONS, Sign, paint_over, signs_of
 from tests.follow.synthetic_drives import HEIGHT, WIDTH, make_drive
@@ -122,7 +122,7 @@ def test_ours_and_a_flow_box_fill_a_life() -> None:
     assert ours.seconds > 0.0
     klt = follow_with_peer(MADE.pictures, start, MADE.boxes[start], KltBox)
     assert figures_of(sign(), klt.boxes)["iou50"] > 0.3
-    assert legacy("KLT") is KltBox
+    assert peer_maker("KLT") is KltBox
 
 
 def test_the_report_names_the_best_and_the_missing() -> None:

@@ -15,12 +15,12 @@ from benchmarks.experiments import detection, detection_video, systems
 from benchmarks.systems.curves import RATES, outdone, plain
 from benchmarks.systems.detection_records import frame_from_record, frame_to_record
 from benchmarks.systems.video_detections import (
-    FrameDetections,
     FrameGroundTruth,
     frame_ground_truths,
     track_with_filter,
     without_ignored,
 )
+from benchmarks.videos.stored_detections import DetectedFrame
 from tests.benchmarks.drawn_scenes import drawn_scenes
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.params import Params
@@ -30,11 +30,11 @@ from tsr_engine.track_table import TrackTable
 SIGN = np.array([100.0, 100, 130, 130])
 
 
-def _seen(ordinal: int, *rows: tuple[np.ndarray, float]) -> FrameDetections:
+def _seen(ordinal: int, *rows: tuple[np.ndarray, float]) -> DetectedFrame:
     boxes = np.array([box for box, _ in rows], float).reshape(-1, 4)
     scores = np.array([score for _, score in rows], float)
     found = Detections(boxes, scores, np.full(len(rows), 0.5), scores)
-    return FrameDetections(ordinal, ordinal / 25, (640, 480), (0.01, 0.01), found)
+    return DetectedFrame(ordinal, ordinal / 25, found, (0.01, 0.01))
 
 
 def test_ignored_boxes_excuse_detections_but_keep_signs() -> None:
@@ -58,7 +58,7 @@ def test_narrow_signs_are_ignored() -> None:
 def test_a_track_counts_from_its_first_frame_and_through_gaps() -> None:
     frames = [_seen(k, (SIGN + k, 2.0)) if k != 5 else _seen(k) for k in range(10)]
     frames[2] = _seen(2, (SIGN + 2, 2.0), (np.array([400.0, 200, 430, 230]), 1.0))  # seen once: no track
-    rows = track_with_filter(frames, Params().tracking)
+    rows = track_with_filter(frames, (640, 480), Params().tracking)
     assert [len(row.boxes) for row in rows] == [1] * 10
     assert [bool(row.known[0]) for row in rows] == [False] + [True] * 9  # two sure detections confirm
     assert abs(rows[5].boxes[0] - (SIGN + 5)).max() < 4
@@ -66,7 +66,7 @@ def test_a_track_counts_from_its_first_frame_and_through_gaps() -> None:
 
 
 def test_no_frames_give_no_rows() -> None:
-    assert track_with_filter([], Params().tracking) == []
+    assert track_with_filter([], (640, 480), Params().tracking) == []
 
 
 def test_an_empty_curve_can_be_reported() -> None:
@@ -129,7 +129,7 @@ def test_an_exceeded_budget_is_reported() -> None:
 def test_cached_frames_are_exact() -> None:
     for seen in (_seen(3, (SIGN / 7, 2.0 / 3), (SIGN, 0.1)), _seen(4)):
         again = frame_from_record(json.loads(json.dumps(frame_to_record(seen))))
-        for name in ("ordinal", "seconds", "size", "shift"):
+        for name in ("ordinal", "seconds", "shift"):
             assert getattr(again, name) == getattr(seen, name)
         np.testing.assert_array_equal(again.detections.boxes, seen.detections.boxes)
         np.testing.assert_array_equal(again.detections.scores, seen.detections.scores)
@@ -179,7 +179,7 @@ def test_a_clip_is_processed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     def watch(path: Path, _: object) -> dict[str, object]:
         watched.append(path)
         frames = [frame_to_record(_seen(k, (SIGN, 1.0))) for k in range(3)]
-        return {"seen": {"ACF": frames, "ACF and prior": frames}, "times": [0.1, 0.2, 0.3]}
+        return {"seen": {"ACF": frames, "ACF and prior": frames}, "times": [0.1, 0.2, 0.3], "size": [640, 480]}
 
     monkeypatch.setattr(detection_video, "watch_video", watch)
     monkeypatch.setattr(detection_video, "load_components", lambda _: SimpleNamespace(models={"detector": "a digest"}))
