@@ -37,9 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=float, help="time of one call of `scale`; the next call continues")
     parser.add_argument(
-        "--beside",
-        action="store_true",
-        help="keep stored results; add to each a line with this processor's figures",
+        "--beside", action="store_true", help="keep stored results; add to each a line with this processor's figures"
     )
     parser.add_argument("--report", action="store_true", help="only write the report, from stored results")
     args = parser.parse_args(argv)

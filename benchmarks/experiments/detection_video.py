@@ -215,9 +215,7 @@ def _report(result: Result) -> str:
     worse = outdone(curves, ("ACF, prior and KF", ENGINE), {"AP": (lambda row: row["ap"], 1)})
     for rate in RATES:
         worse += outdone(
-            curves,
-            ("ACF, prior and KF", ENGINE),
-            {f"recall at {rate} false a frame": (recall_at(rate), 1)},
+            curves, ("ACF, prior and KF", ENGINE), {f"recall at {rate} false a frame": (recall_at(rate), 1)}
         )
     if worse:
         parts.append(f"**Where tracking and prior together lose here.** {'; '.join(worse)}.\n")

@@ -62,9 +62,5 @@ def _report(result: Result) -> str:
 
 
 EXPERIMENT = Experiment(
-    "network",
-    "Reading by the network",
-    "How accurate is the network alone (`reader=network`)?",
-    _run,
-    _report,
+    "network", "Reading by the network", "How accurate is the network alone (`reader=network`)?", _run, _report
 )

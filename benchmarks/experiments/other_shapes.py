@@ -151,10 +151,7 @@ def _run(data: Data) -> Result:
         detector, others, reader = load_detector(params), load_other_shapes(params), load_reader()
         price = _price(detector, others, data)
         foreign = {
-            folder.name: {
-                **_foreign(detector, others, folder),
-                "read": read_signs(detector, reader, folder),
-            }
+            folder.name: {**_foreign(detector, others, folder), "read": read_signs(detector, reader, folder)}
             for folder in sorted(data.foreign.iterdir() if data.foreign is not None else ())
             if (folder / "boxes.json").is_file()
         }
@@ -181,10 +178,7 @@ def _price(detector: OfflineDetector, others: OtherShapes, data: Data) -> dict[s
         for scene in chosen
     ]
     turns = scenes_in_turn(
-        {
-            "without": detector.detect,
-            "with": lambda picture: others.detect(picture, detector.detect(picture)),
-        },
+        {"without": detector.detect, "with": lambda picture: others.detect(picture, detector.detect(picture))},
         pictures,
         TURNS,
     )

@@ -87,9 +87,5 @@ def _report(result: Result) -> str:
 
 
 EXPERIMENT = Experiment(
-    "search",
-    "Search across videos",
-    "How long does a search take in a library of a million tracks?",
-    _run,
-    _report,
+    "search", "Search across videos", "How long does a search take in a library of a million tracks?", _run, _report
 )

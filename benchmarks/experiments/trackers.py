@@ -103,11 +103,7 @@ def _run(data: Data) -> Result:
         f"were chosen by HOTA (ties by MOTA and IDF1) on {', '.join(chosen_on) or 'no clip'} and {other} simulated "
         "approaches, which are some of the videos that our parameters were chosen on (docs/tracking.md). Reported are "
         f"{', '.join(clips) or 'no clip'} and {also.rstrip('.')}, {unseen}.",
-        figures={
-            "groups": _figures(judged, rows),
-            "chosen": chosen,
-            "missing": missing,
-        },
+        figures={"groups": _figures(judged, rows), "chosen": chosen, "missing": missing},
         settings={name: version(name) for name in ("trackers", "supervision", "trackeval") if version(name)},
     )
 

@@ -57,10 +57,7 @@ def _run(data: Data) -> Result:
         "drive": {name: whole.summary(name) for name in whole.names},
         "signs_in_view": whole.signs_in_view,
         "left_out": left_out,
-        "ratios": {
-            "detection": _ratios(in_turn, "detection"),
-            "whole engine": _ratios(whole, "whole engine"),
-        },
+        "ratios": {"detection": _ratios(in_turn, "detection"), "whole engine": _ratios(whole, "whole engine")},
         "paired": {name: in_turn.paired("detection", name) for name in EVERY},
     }
     return Result(
@@ -140,10 +137,7 @@ def _headline(result: Result) -> str:
     )
 
 
-_NETWORKS = {
-    EQUAL: "YOLO11n in onnxruntime, 736x576",
-    ENLARGED: "YOLO11n in onnxruntime, 1440x1152",
-}
+_NETWORKS = {EQUAL: "YOLO11n in onnxruntime, 736x576", ENLARGED: "YOLO11n in onnxruntime, 1440x1152"}
 
 
 def _range(values: Mapping[str, float]) -> str:

@@ -10,16 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import floor
 
-__all__ = [
-    "EQ7_KF",
-    "EQ7_ONLINE",
-    "FRAMES",
-    "SIGNS",
-    "SYSTEMS",
-    "WHERE_EQ7",
-    "System",
-    "printed",
-]
+__all__ = ["EQ7_KF", "EQ7_ONLINE", "FRAMES", "SIGNS", "SYSTEMS", "WHERE_EQ7", "System", "printed"]
 
 
 @dataclass(frozen=True, slots=True)

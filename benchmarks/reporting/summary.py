@@ -300,12 +300,7 @@ ROWS: tuple[Row, ...] = (
         _memory,
         lambda f: f"{f['scale']['real'][-1]['frames']:,} frames of 720x576; `scale`",
     ),
-    Row(
-        "retraining on three corrected clips (four signs)",
-        ("retraining",),
-        _corrections,
-        _corrected_on,
-    ),
+    Row("retraining on three corrected clips (four signs)", ("retraining",), _corrections, _corrected_on),
     Row(
         "export of a long drive, any format",
         ("exports",),

@@ -24,9 +24,7 @@ def choice_parser(name: str, about: str | None) -> argparse.ArgumentParser:
         about: docstring of the module.
     """
     parser = argparse.ArgumentParser(
-        prog=f"python -m benchmarks.{name}",
-        description=about,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        prog=f"python -m benchmarks.{name}", description=about, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--setting", action="append", default=[], help="a further configuration")
     parser.add_argument("--scratch", type=Path, help="folder that keeps detections for the next call")

@@ -23,14 +23,7 @@ from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.geometry.boxes import clip
 from tsr_engine.params import Params
-from tsr_engine.pipeline import (
-    Components,
-    FrameInput,
-    ResultStream,
-    TrackingCore,
-    load_components,
-    one_blas_thread,
-)
+from tsr_engine.pipeline import Components, FrameInput, ResultStream, TrackingCore, load_components, one_blas_thread
 from tsr_engine.records import Detections, FloatArray
 from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.camera_shift import CameraShift
