@@ -8,8 +8,6 @@ from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import BoolArray
 
-__all__ = ["lies_elsewhere", "share_inside"]
-
 
 def share_inside(boxes: FloatArray, others: FloatArray) -> FloatArray:
     """Share of the area of each of (n, 4) boxes inside each of (m, 4) others, shape (n, m)."""

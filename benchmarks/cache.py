@@ -16,8 +16,6 @@ import tsr_engine
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["ENGINE", "Cache", "code", "digest_of", "file_digest", "table_digest"]
-
 ENGINE = (
     "runs/calibration.py", "channels", "detection", "evaluation", "gating", "geometry", "io", "online", "params",
     "pipeline", "recognition", "tracking",

@@ -13,8 +13,6 @@ from pathlib import Path
 
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = ["Data", "Experiment", "Result", "Skip", "machine"]
-
 ROOT = Path(__file__).resolve().parent
 
 

@@ -9,8 +9,6 @@ from typing import Final
 
 from benchmarks.experiment import ROOT
 
-__all__ = ["CONTROLS", "SEEN", "WORDS", "Control", "Seen", "read_controls", "read_seen"]
-
 SEEN: Final = ROOT / "data" / "gtsdb_signs_seen.csv"
 CONTROLS: Final = ROOT / "data" / "gtsdb_signs_controls.csv"
 WORDS: Final = ("", "unsure", "none", "other", "unread", "vehicle", "board")

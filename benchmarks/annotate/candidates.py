@@ -13,8 +13,6 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline import load_detector
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["blobs", "candidates_of", "liberal_detector"]
-
 SAME_PLACE_IOU: Final = 0.5
 """IoU above which two boxes show the same place."""
 MIN_SIDE_PX, MAX_SIDE_PX = 12, 230

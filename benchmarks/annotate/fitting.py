@@ -9,8 +9,6 @@ import numpy as np
 
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["fit_box"]
-
 MAX_MOVE_SHARE: Final = 0.10
 """Largest move of a side, as a share of the box's width or height; at least two px."""
 TRUST: Final = 0.05

@@ -11,8 +11,6 @@ import numpy as np
 from benchmarks.reporting.contact_sheet import cut_square
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["cut", "scene_rows"]
-
 ROWS: Final = (190, 640)
 """Range of rows in a view of a scene."""
 TICK: Final = 100

@@ -19,8 +19,6 @@ from tsr_engine.labels.model import Label
 from tsr_engine.training.gtsdb_signs import LABEL_SET, Annotation, Annotations, Reason
 from tsr_engine.training.mining import read_picture
 
-__all__ = ["SIGNS", "compile_signs", "figures", "save"]
-
 SIGNS: Final = ROOT / "data" / "gtsdb_signs.json"
 LONGER, SHORTER = 14.0, 8.0
 """Least sides of a box, px; smaller signs are ignored."""

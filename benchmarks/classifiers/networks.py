@@ -16,8 +16,6 @@ from tsr_engine.training.classifier_augmentation import load_crop, plain_view
 from tsr_engine.training.classifier_figures import fit_temperature
 from tsr_engine.training.network_classifier import classifier_of, component_of
 
-__all__ = ["trained_on"]
-
 _NETWORK_CODE = (
     "recognition/network.py", "training/network.py", "training/network_classifier.py", "training/network_crops.py",
     "training/network_augmentation.py",

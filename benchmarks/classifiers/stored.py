@@ -17,8 +17,6 @@ from tsr_engine.pipeline import one_blas_thread
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.crops import cut
 
-__all__ = ["FOLDS", "TRAINING_CODE", "crop_time", "folds", "stored_classifier", "training_digest"]
-
 FOLDS = 4
 """Number of parts of the signs; each is held out once. The first is the split that `tsr train` reports on."""
 TRAINING_CODE = ("io", "recognition", "training")

@@ -18,8 +18,6 @@ from tsr_engine.training.classifier_figures import fit_temperature
 from tsr_engine.training.memory import crop_memory
 from tsr_engine.training.refine_classifier import ClassifierRefinement, SignCrop, refine_classifier, with_labels
 
-__all__ = ["FRAMES", "HIDDEN", "TAUGHT_FROM", "base_classifier", "figures_of", "taught_crops", "teach"]
-
 HIDDEN: Final = (4, 10, 12, 17, 18, 25, 35, 38)
 """Two of each family: red rings, signs of their own face, warnings, blue discs; each with 27 tracks or more."""
 TAUGHT_FROM: Final = {1: 3, 5: 3, 20: 1}

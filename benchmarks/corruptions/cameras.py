@@ -20,8 +20,6 @@ from tsr_engine.training.augment import shade
 from tsr_engine.training.mining import read_picture
 from tsr_engine.training.progress import Progress
 
-__all__ = ["VERSIONS", "by_version", "version"]
-
 MIN_WIDTH_PX: Final = 16.0
 """Least longer side of a counted sign, px."""
 

@@ -10,8 +10,6 @@ import numpy as np
 from benchmarks.videos.stored_detections import DetectedVideo
 from tsr_engine.records import Detections
 
-__all__ = ["MEAN_MISSED_RUN", "Degradation", "bisect_increasing", "degrade"]
-
 MEAN_MISSED_RUN = 5.0
 """Mean length of a run of frames without detections."""
 

@@ -13,8 +13,6 @@ from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.records import Picture
 
-__all__ = ["dim", "write_changed"]
-
 
 def write_changed(
     change: Callable[[Picture, int], Picture], source: Path, place: Path, frames: int | None = None

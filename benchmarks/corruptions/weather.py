@@ -11,8 +11,6 @@ import numpy as np
 from benchmarks.corruptions.video import dim
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["WEATHERS"]
-
 Weather = Callable[[Picture, int], Picture]
 """Maps a BGR picture and its number in the drive to the picture in this weather."""
 _LAMPS: Final = 14

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from benchmarks.deep.plan import STRIDE
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["SIDE", "Crop", "HardPlaces", "background", "cut", "on_sign", "targets"]
-
 SIDE: Final = 256
 """Side of a crop, px."""
 _SCALES = (0.65, 1.55)

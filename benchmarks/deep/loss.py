@@ -7,8 +7,6 @@ from torch import Tensor
 
 from benchmarks.deep.plan import STRIDE
 
-__all__ = ["corners", "loss"]
-
 EDGE_WEIGHT = 2.0
 
 

@@ -9,8 +9,6 @@ from torch import Tensor, nn
 
 from benchmarks.deep.plan import CONVOLUTIONS
 
-__all__ = ["SignNetwork"]
-
 RARE = 0.01
 """Probability of a sign in each cell before training."""
 

@@ -19,8 +19,6 @@ from onnx import TensorProto, helper, numpy_helper
 from benchmarks.deep.plan import COARSEST, CONVOLUTIONS, STRIDE
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["resized", "to_onnx", "write_network"]
-
 Array = NDArray[np.float32]
 _EPSILON = 1e-5
 """Epsilon of PyTorch's batch normalisation."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = ["COARSEST", "CONVOLUTIONS", "STRIDE", "Convolution"]
-
 STRIDE: Final = 8
 """Side of an output cell, px of the picture."""
 COARSEST: Final = 32

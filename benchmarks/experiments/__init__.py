@@ -6,8 +6,6 @@ from importlib import import_module
 
 from benchmarks.experiment import Experiment
 
-__all__ = ["EXPERIMENTS"]
-
 NAMES = (
     "prior", "gate", "systems", "detection", "detection_video", "deep", "misses", "other_shapes", "clips", "stress",
     "poor_detections", "first_sight", "drives", "ablations", "trackers", "frame_rates", "gaps", "follow",

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from tsr_engine.params import PRESETS, Params
 
-__all__ = ["DEPARTURES", "IN_QUESTION", "ON_CLIPS", "Departure", "configurations", "departing"]
-
 
 @dataclass(frozen=True, slots=True)
 class Departure:

@@ -16,8 +16,6 @@ from benchmarks.videos.tracked_clips import Scored, score
 from tsr_engine.evaluation.tracking import VideoReport, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = ["EXPERIMENT", "paired"]
-
 ROUNDS = 2000
 """Number of bootstrap rounds of an interval."""
 

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from tests.attack.concurrent_editors import AnswerLog, TrackedLibrary
     from tests.attack.server_process import ServerProcess
 
-__all__ = ["EXPERIMENT"]
-
 PEOPLE = 20
 SECONDS = 60.0
 EVERY = 12.0

@@ -16,8 +16,6 @@ from benchmarks.videos.tracked_clips import CONFIGURATIONS, score
 from tsr_engine.evaluation.tracking import changed_errors, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = ["EXPERIMENT"]
-
 SAME_PLACE = "02 and 03 show the same place: two signs occur in both and count twice. "
 
 

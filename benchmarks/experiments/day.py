@@ -18,8 +18,6 @@ from benchmarks.videos.clips import read_clips
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT"]
-
 CLIPS = ("03_c0da85", "SH4_70b651", "SH13_9f8bd8")
 LEFT = ("precision", "recall", "signs_classified")
 """Figures of the finished work against the ground truth."""

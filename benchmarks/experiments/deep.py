@@ -20,8 +20,6 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 
-__all__ = ["EXPERIMENT"]
-
 MIN_SCORE = -4.0
 """Log-odds from which its detections are kept; below, there are thousands of false ones."""
 SIZES = ((16, 32), (32, 64), (64, 1000))

@@ -26,8 +26,6 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.pipeline import load_components, one_blas_thread, one_opencv_thread
 from tsr_engine.protocols import OfflineDetector
 
-__all__ = ["EXPERIMENT", "rows_side_by_side"]
-
 OURS = ("ACF", "ACF and prior")
 MIN_SCORE = -8.0
 """Log-odds from which the other systems' detections are kept."""

@@ -42,8 +42,6 @@ from tsr_engine.runs.calibration import with_focus
 from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT", "watch_video", "watched_clip"]
-
 MIN_WIDTH = 16.0
 """Least width of a sign, px; narrower signs are ignored."""
 GRID = {"birth_score": (-2.0, -1.0, 0.0, 1.0), "confirm_hits": (1, 2, 3)}

@@ -21,8 +21,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 
-__all__ = ["EXPERIMENT", "rate"]
-
 AS_RECORDED: Final = "as recorded"
 CHANGED: Final = 200
 """Number of first frames of each drive that get other weather."""

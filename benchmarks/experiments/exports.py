@@ -7,8 +7,6 @@ from benchmarks.reporting.markdown import table
 from benchmarks.timing.exports import FRAMES, MOST_MB, MOST_SECONDS, TRACKS, WITHOUT_PICTURES, measure_in_new_process
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["EXPERIMENT"]
-
 
 def _run(_: Data) -> Result:
     return Result(

@@ -25,8 +25,6 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT", "compared", "first_matches", "first_widths"]
-
 MIN_WIDTH_DIFFERENCE: Final = 0.1
 """Difference in width, as a share, above which a sign counts as seen earlier or later."""
 BOOTSTRAP_SAMPLES: Final = 10_000

@@ -35,8 +35,6 @@ from tsr_engine.pipeline import one_blas_thread, one_opencv_thread
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT"]
-
 TUNED_ON = ("02_71ec1e", "03_c0da85", "SH13_9f8bd8")
 """Clips that values of the follower were chosen on."""
 TUNED_BOARDS = frozenset(f"{number:07d}.jpg" for number in (1, 3, 5, 7, 10, 12, 14, 16, 18, 20, 28, 44, 85, 1818))

@@ -22,8 +22,6 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.pipeline import one_blas_thread, one_opencv_thread
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT"]
-
 SIGNS = 3
 """Number of signs per video, the widest ones."""
 ALL = "all"

@@ -17,8 +17,6 @@ from sample_videos import SHIPPED
 from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["EXPERIMENT"]
-
 PRESSES = 10
 BARS = {"late": 3, "missed": 4}
 """Largest number of actions per sign."""

@@ -19,8 +19,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT"]
-
 STEPS = (1, 2, 3, 4)
 """Steps between the frames that are kept."""
 HEADINGS = {"1": "every frame", "2": "every 2nd", "3": "every 3rd", "4": "every 4th"}

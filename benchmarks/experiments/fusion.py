@@ -21,8 +21,6 @@ from tsr_engine.recognition.classifier import COMPONENT, SignClassifier
 from tsr_engine.training.classifier import ClassifierSettings, train_on_split
 from tsr_engine.training.classifier_augmentation import load_crop
 
-__all__ = ["EXPERIMENT"]
-
 FRAME_COUNTS = (1, 2, 3, 5, 8, 12, 16, 20, 25, 30)
 DELTAS = (15, 18, 20, 22, 24, 26, 28, 30)
 """Tried widths of Eq. 5, px: the paper's range."""

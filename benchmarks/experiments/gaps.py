@@ -36,8 +36,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components, one_opencv_thread
 
-__all__ = ["EXPERIMENT"]
-
 STILL = "box held still"
 NOT_RESCORED = "default, no window rescoring"
 """Name of the configuration that uses the online detector's windows without rescoring."""

@@ -17,8 +17,6 @@ from tsr_engine.params.gate import GateParams
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT", "TAU", "trials_of"]
-
 TAU = np.geomspace(0.5, 500, 121)
 
 

@@ -20,8 +20,6 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["EXPERIMENT", "Seen", "misses", "reason"]
-
 SHEET = ROOT / "figures" / "misses.png"
 RATE = 0.03
 """False detections per picture at which the recall is measured."""

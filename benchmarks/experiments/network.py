@@ -13,8 +13,6 @@ from tsr_engine.params import Params
 from tsr_engine.training.classifier import load_all
 from tsr_engine.training.classifier_figures import held_out_figures
 
-__all__ = ["EXPERIMENT"]
-
 FIGURES = ("accuracy", "accuracy_shaken_boxes", "negative_log_likelihood")
 
 

@@ -28,8 +28,6 @@ from tsr_engine.protocols import CropClassifier, OfflineDetector
 from tsr_engine.recognition.crops import cut
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["CLASSES", "EXPERIMENT", "OTHERS", "Sign", "counts", "read_boxes", "read_signs"]
-
 SIZE: Final = (1280, 720)
 PICTURES: Final = 24
 TURNS: Final = 3

@@ -28,8 +28,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 
-__all__ = ["EXPERIMENT", "merged", "paper_tau", "verdict"]
-
 EACH: Final = 4
 """Approaches of each stress."""
 SEEDS: Final = 3

@@ -15,8 +15,6 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.records import FloatArray
 from tsr_engine.training.detector_components import BANDWIDTH, split_scenes
 
-__all__ = ["EXPERIMENT"]
-
 
 def _run(data: Data) -> Result:
     scenes = read_gtsdb(data.need("gtsdb"))

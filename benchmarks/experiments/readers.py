@@ -29,8 +29,6 @@ from tsr_engine.recognition.fusion import Fusion
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.detector_components import split_scenes
 
-__all__ = ["EXPERIMENT", "Crop", "engine_times", "figures_of"]
-
 READERS: Final[tuple[Reader, ...]] = get_args(Reader)
 TIMED: Final = 300
 """Crops that are read one by one, by each reader in turn."""

@@ -29,8 +29,6 @@ from tsr_engine.pipeline import Components, VideoDetector, load_components, one_
 from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EXPERIMENT", "delays", "first_frames", "steady_seconds"]
-
 SIZES = {"720x576": 25, "1280x720": 30, "1920x1080": 30, "3840x2160": 10}
 """Wanted frames per second on two cores, by size."""
 FRAMES = 84

@@ -6,8 +6,6 @@ from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.reporting.markdown import table
 from benchmarks.timing.recordings import FRAMES, HEIGHT, KINDS, MOST_MB, MOST_SECONDS, WIDTH, measure
 
-__all__ = ["EXPERIMENT"]
-
 TIMES = 6
 """Number of recordings in one process."""
 

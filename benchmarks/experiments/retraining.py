@@ -30,8 +30,6 @@ from tsr_engine.training.exports import OpenedExport
 from tsr_engine.training.holdout import evaluate_detection
 from tsr_engine.training.retrain import Recipe, retrain
 
-__all__ = ["EXPERIMENT", "corrected"]
-
 Pairs = Mapping[str, tuple[Path, TrackTable]]
 
 FIGURES = (

@@ -14,8 +14,6 @@ from benchmarks.review.long_drive import first_paint, lane_intervals
 from sample_videos import SHIPPED
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["EXPERIMENT"]
-
 CLIP = "SH13_9f8bd8.mp4"
 """Clip of 1280x720 px with a key frame every 128 pictures, the hardest one to seek in."""
 

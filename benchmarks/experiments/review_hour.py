@@ -12,8 +12,6 @@ from benchmarks.reporting.plotting import saved_figure
 from benchmarks.review.browser_session import open_browser_session
 from benchmarks.review.long_drive import measure_long_play
 
-__all__ = ["EXPERIMENT"]
-
 SETTLED = 5.0
 """Minutes after which the page's cache of pictures is full; later growth is a leak."""
 

@@ -25,8 +25,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components, one_opencv_thread
 
-__all__ = ["EXPERIMENT"]
-
 BASE, TURNS = 331, 400
 LONGEST = BASE * TURNS
 """132,400 frames, as in the paper's drives."""

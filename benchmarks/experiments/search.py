@@ -12,8 +12,6 @@ from benchmarks.reporting.markdown import table
 from benchmarks.timing.search import MAX_MS, TRACKS_OF_DRIVE, fill, measured, pages, size_mb
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["EXPERIMENT"]
-
 TRACKS = 1_000_000
 POSTGRES = "TSR_BENCH_POSTGRES"
 """Environment variable with the address of an empty PostgreSQL database."""

@@ -6,8 +6,6 @@ from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.reporting.markdown import table
 from benchmarks.timing.detection import TURNS, shrunk_scenes, stages
 
-__all__ = ["EXPERIMENT"]
-
 SCENES = 40
 
 

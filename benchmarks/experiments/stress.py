@@ -17,8 +17,6 @@ from benchmarks.videos.tracked_clips import CONFIGURATIONS, PAPER_KF, score
 from tsr_engine.evaluation.tracking import changed_errors, summarise
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = ["EXPERIMENT"]
-
 APART = "No approach shows a scene that parameters were chosen on."
 NOT_APART = "*Skipped, as not given:* tuning; some approaches may show scenes that parameters were chosen on."
 SHEET = ROOT / "figures" / "stress_wrong.png"

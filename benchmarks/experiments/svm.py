@@ -13,8 +13,6 @@ from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.reporting.markdown import table
 from tsr_engine import IncrementalSVC
 
-__all__ = ["EXPERIMENT"]
-
 SIZES = (50, 100, 200, 300)
 FEATURES = 324
 STEPS = 40

@@ -7,8 +7,6 @@ from benchmarks.reporting.markdown import table
 from benchmarks.systems.trained_systems import TrainedSystem, split, trained
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["EXPERIMENT"]
-
 BUDGET = 15
 """Training time of a system on one core, minutes."""
 

@@ -15,8 +15,6 @@ from tsr_engine.labels.classes import default_keys
 from tsr_engine.recognition.classifier import COMPONENT, GEOMETRY, SignClassifier
 from tsr_engine.training.classifier import ClassifierSettings
 
-__all__ = ["EXPERIMENT"]
-
 BARS = {"5": 0.90, "20": 0.97}
 """Tracks of each new label -> the share of them that is to be read right."""
 MAX_LOST_POINTS = 0.2

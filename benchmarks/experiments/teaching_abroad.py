@@ -23,8 +23,6 @@ from tsr_engine.training.classifier_augmentation import LoadedCrop, surrounded_c
 from tsr_engine.training.memory import COMPONENT as MEMORY
 from tsr_engine.training.refine_classifier import ClassifierRefinement, SignCrop, refine_classifier, with_labels
 
-__all__ = ["EXPERIMENT", "Seen", "read_in_turn"]
-
 FOLDER: Final = "dfg_half"
 """Of the folders of pictures of other countries, the one whose places have codes of a catalogue."""
 

@@ -26,8 +26,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.pipeline import load_components, one_opencv_thread
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["CHOSEN_ON", "EXPERIMENT", "annotated", "ideal", "run_peers", "tuning_approaches"]
-
 CHOSEN_ON = ("chosen on", "approaches chosen on")
 """Groups of videos on which settings are chosen, ours and those of the peers."""
 

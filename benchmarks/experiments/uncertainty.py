@@ -23,8 +23,6 @@ from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.clips import read_clips
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["EXPERIMENT"]
-
 NAMES = tuple(name for name in WEIGHTS if name != "constant")
 EDGES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9, 1.0)
 """Edges of the bins of the reliability table."""

@@ -18,8 +18,6 @@ from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components, load_detector, one_opencv_thread
 
-__all__ = ["EXPERIMENT", "judged"]
-
 SCENES = 15
 ROUNDS = 5
 """Runs of each contender on a scene."""

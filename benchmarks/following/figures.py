@@ -12,8 +12,6 @@ from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 
-__all__ = ["GOOD", "MAX_ACTIONS", "actions", "figures_of", "lines_needed", "mean_of", "overlaps"]
-
 GOOD = 0.7
 """IoU of a box that needs no correction."""
 NEAR = 3

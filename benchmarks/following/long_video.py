@@ -15,8 +15,6 @@ from tsr_engine.follow_video import follow_video
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 
-__all__ = ["flat_memory"]
-
 _FRAMES, _GROUP = 10_000, 250
 _EARLY = 5_000
 

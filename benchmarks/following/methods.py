@@ -18,8 +18,6 @@ from tsr_engine.geometry.boxes import clip
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["PEERS", "Filled", "KltBox", "follow_with_engine", "follow_with_peer", "interpolate_linearly", "peer_maker"]
-
 PEERS = ("CSRT", "KCF", "MIL", "TLD", "KLT")
 _MIN_VISIBLE_SHARE = 0.5
 """Visible share of a peer's box below which it has left the picture."""

@@ -14,8 +14,6 @@ from tsr_engine.io.video import open_video
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["POSITIONS", "Sign", "decode", "paint_over", "signs_of"]
-
 POSITIONS = {"first third": 1 / 6, "middle": 1 / 2, "last third": 5 / 6}
 """Frames in which a sign is drawn, as shares of its visible life."""
 _VISIBLE = 0.5

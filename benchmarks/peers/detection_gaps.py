@@ -21,18 +21,6 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline import Models, one_blas_thread
 from tsr_engine.records import Detections, FloatArray, FrameEvidence, Picture
 
-__all__ = [
-    "LENGTHS",
-    "Follower",
-    "Gap",
-    "Outcome",
-    "StationaryBox",
-    "find_gaps",
-    "follow_gap",
-    "our_outcomes",
-    "summary",
-]
-
 LENGTHS = (5, 10, 20)
 """Lengths of gaps, frames."""
 LEAD_IN = 12

@@ -14,8 +14,6 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import BoolArray, IntArray, TrackTable
 
-__all__ = ["NAMES", "sequence", "trackeval_figures"]
-
 NAMES = ("HOTA", "IDF1", "MOTA")
 
 MIN_WIDTH = 20.0

@@ -22,8 +22,6 @@ from benchmarks.videos.stored_detections import DetectedVideo
 from tsr_engine.records import Detections, FloatArray
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["MIN_SCORE_SETTING", "PACKAGE", "PEERS", "Missing", "Peer", "confidence", "load", "rows_of", "version"]
-
 PACKAGE = "trackers"
 MIN_SCORE_SETTING = "least_score"
 """Name of our own setting: a peer does not get detections below this score."""

@@ -11,8 +11,6 @@ from benchmarks.peers.detection_gaps import Follower
 from benchmarks.peers.multi_object_trackers import Missing
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["GENERIC", "OpenCvTracker", "maker"]
-
 WITH_WEIGHTS = ("Vit", "Nano", "DaSiamRPN")
 """Trackers that are networks; OpenCV's wheels hold their code without the weights."""
 

@@ -10,8 +10,6 @@ from benchmarks.peers.figures import sequence, trackeval_figures
 from benchmarks.peers.multi_object_trackers import PACKAGE, Peer, load, rows_of, version
 from benchmarks.videos.stored_detections import DetectedVideo
 
-__all__ = ["Tuned", "tune"]
-
 ORDER = ("HOTA", "MOTA", "IDF1")
 """Figures by which a combination is chosen; a later one decides if the earlier ones are equal."""
 _DIGITS = 9

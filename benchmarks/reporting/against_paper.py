@@ -11,8 +11,6 @@ from benchmarks.reporting.markdown import table
 from tsr_engine.evaluation.tracking import VideoReport
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = ["shortfalls", "sign_notes", "tables"]
-
 
 def tables(columns: Mapping[str, JsonMapping]) -> str:
     """Tables I and II as one table.

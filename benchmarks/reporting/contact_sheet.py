@@ -11,8 +11,6 @@ import numpy as np
 
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["Cell", "cut_square", "grid", "write_sheet"]
-
 SIDE = 84
 """Side of a cut-out on the sheet, px."""
 LABEL = 16

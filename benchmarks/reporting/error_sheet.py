@@ -16,8 +16,6 @@ from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["draw_error_sheet", "largest"]
-
 LABELS = {"missed": "N", "misread": "M", "false": "F"}
 """First letter of a label by kind, in the order of the sheet."""
 

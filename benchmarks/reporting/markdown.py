@@ -5,8 +5,6 @@ from __future__ import annotations
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.recognition.gtsrb_classes import SIGN_CLASSES
 
-__all__ = ["change_text", "class_name", "fraction", "met", "number", "short_number", "table"]
-
 
 def table(rows: list[list[str]]) -> str:
     """A Markdown table; the first row is its head."""

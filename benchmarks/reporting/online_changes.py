@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from benchmarks.reporting.markdown import number, table
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["online_changes"]
-
 
 def online_changes(groups: Mapping[str, JsonMapping]) -> str:
     """Table of ``changed_errors`` of ``default`` against KF alone, one row per group; a sentence for unchanged groups.

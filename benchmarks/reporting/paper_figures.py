@@ -10,8 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import floor
 
-__all__ = ["EQ7_KF", "EQ7_ONLINE", "FRAMES", "SIGNS", "SYSTEMS", "WHERE_EQ7", "System", "printed"]
-
 
 @dataclass(frozen=True, slots=True)
 class System:

@@ -15,8 +15,6 @@ from matplotlib.figure import Figure
 from benchmarks.reporting.markdown import number
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["COLOURS", "draw_errors", "draw_precision_recall", "legend_below", "saved_figure", "saved_figures"]
-
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Palette of Okabe and Ito, which people with colour blindness can distinguish."""
 

@@ -8,8 +8,6 @@ from pathlib import Path
 from benchmarks.experiment import Experiment, Result
 from benchmarks.reporting.summary import summary
 
-__all__ = ["write_report"]
-
 HEAD = """# What the engine does, measured
 
 `python -m benchmarks` (`make bench`) writes every number on this page from `benchmarks/results/*.json` and draws the

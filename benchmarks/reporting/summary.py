@@ -10,8 +10,6 @@ from benchmarks.experiment import Result
 from benchmarks.reporting.markdown import table
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["ROWS", "Row", "summary"]
-
 Figures = JsonMapping
 """Figures of experiments by their name."""
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from tests.e2e.live_server import LiveServer
 
-__all__ = ["READY", "BrowserSession", "open_browser_session", "open_review", "renderers"]
-
 READY = "(r => r && r.shown === r.frame && r.tracks && r.lanes)(tsr.store.get().review)"
 """JavaScript condition: the review screen shows its picture, tracks and lanes."""
 SIZE = {"width": 1280, "height": 720}

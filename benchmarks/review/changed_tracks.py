@@ -33,8 +33,6 @@ from tsr_engine.pipeline import Components, load_components
 from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["CAMERAS", "RUNS", "FilmedVideo", "JudgedRun", "film", "judge", "judged_runs"]
-
 RUNS: Mapping[str, Params] = {
     "default": Params.preset("default"),
     "lenient": Params.preset("default").with_settings(

@@ -23,8 +23,6 @@ from websockets.sync.connection import Connection
 
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["DebugPortPage", "open_debug_port_page"]
-
 _START = 60.0
 """Largest start time of the browser, s."""
 

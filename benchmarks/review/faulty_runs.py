@@ -10,8 +10,6 @@ import numpy as np
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["KINDS", "ROUNDS", "Case", "make_faulty_run"]
-
 KINDS = ("right", "label", "box", "end", "box, label and end", "missed")
 """Faults of labelled signs in the rounds; signs without a label have no faults."""
 ROUNDS = 3

@@ -10,8 +10,6 @@ from benchmarks.timing.processes import child_processes, resident_mb
 from sample_videos import SHIPPED
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["first_correction"]
-
 _CHOOSE = """() => {
   const { id, first } = tsr.store.get().review.tracks;
   location.hash = `${location.hash.split('?')[0]}?frame=${first[0]}&track=m${id[0]}`;

@@ -20,8 +20,6 @@ from tsr_engine.records import FloatArray
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-__all__ = ["draw_missed", "extend_late_tracks", "time_first_proposal"]
-
 _MISSING_SHARE = 2 / 3
 """Share of a sign's life that a late track lacks at its beginning."""
 _WARM_UP_S = 12.0

@@ -11,8 +11,6 @@ from tsr_engine.json_shapes import JsonObject
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-__all__ = ["measure_early_seeks", "measure_handling"]
-
 _GO = """async ([frames, pause]) => {
   const store = tsr.store;
   const go = frame => new Promise((done, fail) => {

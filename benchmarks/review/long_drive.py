@@ -12,8 +12,6 @@ from benchmarks.timing.processes import resident_mb
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-__all__ = ["first_paint", "lane_intervals", "measure_long_play"]
-
 _PAINT = """hash => new Promise((done, fail) => {
   const began = performance.now();
   let picture = 0;

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from tsr_engine.records import FloatArray
 
-__all__ = ["Proposals", "SimulatedAnnotator", "Work", "steps_of"]
-
 Proposals = list[tuple[int, list[float]]]
 """Pairs of frame and accepted box, px edges."""
 

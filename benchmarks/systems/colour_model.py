@@ -23,8 +23,6 @@ from tsr_engine.io.gtsdb import Scene
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.mining import read_picture
 
-__all__ = ["COLOURS", "ColourModel", "fit_colours", "ohta"]
-
 COLOURS: Final[dict[str, frozenset[int]]] = {
     "red": frozenset((*range(6), *range(7, 12), *range(13, 32))),
     "blue": frozenset(range(33, 41)),

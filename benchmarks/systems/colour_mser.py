@@ -17,8 +17,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import Detections, Picture
 
-__all__ = ["ColourMser", "ColourMserDetector"]
-
 
 @dataclass(frozen=True, slots=True)
 class ColourMser:

@@ -25,8 +25,6 @@ from tsr_engine.training.calibration import fit_calibration
 from tsr_engine.training.mining import PictureChanges, read_picture, searched_picture
 from tsr_engine.training.patches import PATCH
 
-__all__ = ["SvmPlan", "proposal_recall", "train_colour_mser"]
-
 Progress = Callable[[str], None]
 _SILENT: Final = -100.0
 _BYTES: Final = 800.0

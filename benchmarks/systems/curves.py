@@ -12,8 +12,6 @@ from tsr_engine.evaluation.detection import DetectionScore
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.records import FloatArray
 
-__all__ = ["RATES", "outdone", "plain", "recall_at"]
-
 RATES: Final = ("0.03", "0.1", "1.0")
 """Numbers of false detections per picture at which recall is reported."""
 

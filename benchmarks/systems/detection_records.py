@@ -13,8 +13,6 @@ from benchmarks.cache import digest_of
 from benchmarks.videos.stored_detections import DetectedFrame
 from tsr_engine.records import Detections
 
-__all__ = ["detections_from_record", "detections_to_record", "frame_from_record", "frame_to_record", "systems_code"]
-
 _DETECTING: Final = (
     "colour_model", "colour_mser", "hog", "hog_blocks", "hog_cascade", "hog_scan", "hog_svm", "proposals",
     "video_detections",

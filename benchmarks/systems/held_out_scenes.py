@@ -20,8 +20,6 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.detector_components import BANDWIDTH, split_scenes
 
-__all__ = ["ACF_IS", "Found", "HeldOut", "held_out"]
-
 ACF_IS = (
     "\n*ACF* is our offline detector as shipped: the paper's cascade on aggregated channel features, and our further "
     "steps on its candidates (refine-and-verify stage, sign verifier score, box refinement; docs/models.md). No row is "

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.records import Picture
 
-__all__ = ["BINS", "PLANES", "integral", "orientation_cells", "patch_cells"]
-
 BINS: Final = 9
 """Unsigned orientations: 0, 20, ..., 160 degrees."""
 PLANES: Final = BINS + 1

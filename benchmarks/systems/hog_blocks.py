@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from benchmarks.systems.hog import BINS
 from tsr_engine.detection.window import Window
 
-__all__ = ["FEATURES", "FLOOR", "GAIN", "RECTS", "WINDOW", "offsets", "window_bytes"]
-
 WINDOW: Final = Window(cells=14, shrink=2, sign=24.0, pad=2)
 """The same window as the ACF detector's: 28 px with a sign of 24 px in its middle."""
 GAIN: Final = 900.0

@@ -23,8 +23,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import Detections, FloatArray, Picture
 
-__all__ = ["HogCascade", "HogCascadeDetector", "Survivors", "search"]
-
 LEVEL_LIMIT: Final = 1000
 """Largest number of windows of one level."""
 MAX_WINDOWS: Final = 4000

@@ -21,8 +21,6 @@ from tsr_engine.channels.pyramid import level_scales
 from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["PER_OCTAVE", "HogLevel", "levels", "scales_of", "scan"]
-
 PER_OCTAVE: Final = 6
 """Scales per octave, as in the ACF detector."""
 DENSE: Final = 6

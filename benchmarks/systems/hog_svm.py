@@ -17,8 +17,6 @@ from benchmarks.systems.colour_model import COLOURS
 from benchmarks.systems.hog import BINS, patch_cells
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["FAMILIES", "LENGTH", "MARGIN", "SIDE", "HogSvm", "describe_boxes"]
-
 SIDE: Final = 48
 """Side of the patch, px."""
 CELL: Final = 6

@@ -27,8 +27,6 @@ from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.calibration import fit_calibration
 from tsr_engine.training.mining import MIN_WIDTH, PictureChanges, away_from_signs, read_picture, searched_picture
 
-__all__ = ["HogPlan", "train_hog_cascade", "windows_on_signs"]
-
 Progress = Callable[[str], None]
 _SIZE_SLACK: Final = 0.12
 """Largest difference of the logarithms of a window's and a sign's side for a match."""

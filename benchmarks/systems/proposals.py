@@ -13,8 +13,6 @@ from benchmarks.systems.colour_model import ColourModel
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["ProposalPlan", "Proposals", "propose"]
-
 _SMOOTH: Final = 0.8
 """Standard deviation, px, of the blur that removes the noise of dark places from the colour maps."""
 

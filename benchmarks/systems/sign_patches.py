@@ -17,8 +17,6 @@ from tsr_engine.training.crops import over_background
 from tsr_engine.training.mining import read_picture
 from tsr_engine.training.patches import PATCH, jitter
 
-__all__ = ["SignPatch", "crop_patches", "scene_patches"]
-
 
 @dataclass(frozen=True, slots=True)
 class SignPatch:

@@ -21,8 +21,6 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.training.detector_components import split_scenes
 
-__all__ = ["SYSTEMS", "System", "TrainedSystem", "split", "trained"]
-
 Model = Any  # Any: each system has its own kind of model
 _Scenes = Sequence[Scene]
 Train = Callable[[_Scenes, _Scenes, Sequence[CropItem], int, Callable[[str], None]], tuple[Model, JsonObject]]

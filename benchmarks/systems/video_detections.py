@@ -22,8 +22,6 @@ from tsr_engine.records import FloatArray
 from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.camera_shift import CameraShift
 
-__all__ = ["FrameGroundTruth", "Rows", "detect_video", "frame_ground_truths", "track_with_filter", "without_ignored"]
-
 
 @dataclass(frozen=True, slots=True)
 class FrameGroundTruth:

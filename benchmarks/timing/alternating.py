@@ -15,8 +15,6 @@ from tsr_engine.pipeline import Components
 from tsr_engine.records import Picture
 from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 
-__all__ = ["Contender", "Turns", "pipeline_beside", "scenes_in_turn", "thread_seconds"]
-
 Contender = Callable[[Picture], object]
 _STARTING = 12
 """Number of first frames of a drive that are not counted: they compile code and fill the decoder's queue."""

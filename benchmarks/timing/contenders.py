@@ -24,8 +24,6 @@ from tsr_engine.detection.onnx import OnnxDetector, letterbox
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.records import Picture
 
-__all__ = ["ENLARGED", "EQUAL", "SIGNS", "Networks", "deep_networks", "runtime", "session", "yolo_networks"]
-
 EQUAL: Final = "YOLO11n, 736x576"
 ENLARGED: Final = "YOLO11n, 1440x1152"
 SIZES: Final = {EQUAL: (736, 576), ENLARGED: (1440, 1152)}

@@ -18,8 +18,6 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, FrameInput, TrackingCore, load_detector, one_blas_thread
 from tsr_engine.records import Detections, Picture
 
-__all__ = ["exponent", "picture_cost", "sign_cost", "sign_faces"]
-
 _STARTING: Final = 12
 """Number of first frames that are not counted: they confirm tracks and compile code."""
 

@@ -47,8 +47,6 @@ from tsr_engine.records import Detections, Picture
 from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 from tsr_engine.tracking.camera_shift import CameraShift
 
-__all__ = ["DETECTION_PERIOD", "NOTES", "DetectedFrame", "detect_once", "note_writer", "repeated"]
-
 NOTES: Final = "notes.jsonl"
 STEP: Final = 100
 """Number of frames between two notes; reported lengths are multiples of it."""

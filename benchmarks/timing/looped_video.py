@@ -15,8 +15,6 @@ from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.records import Picture
 
-__all__ = ["RATE", "SIZE", "base_clip", "cut_out", "looped"]
-
 SIZE: Final = (720, 576)
 RATE: Final = 25
 """Frames a second."""

@@ -7,8 +7,6 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-__all__ = ["child_processes", "memory", "processor_seconds", "resident_mb"]
-
 _TICKS = os.sysconf("SC_CLK_TCK")
 
 

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Section", "read_sections"]
-
 
 @dataclass(frozen=True, slots=True)
 class Section:

@@ -32,8 +32,6 @@ from app.storage.models import (
 from app.videos.view import video_listing
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["MAX_MS", "QUESTIONS", "TRACKS_OF_DRIVE", "fill", "measured", "pages", "size_mb"]
-
 _Answer = TypeVar("_Answer")
 
 MAX_MS = 300.0

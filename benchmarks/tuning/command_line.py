@@ -13,8 +13,6 @@ import cv2
 from benchmarks.experiment import Skip
 from tsr_engine.errors import TsrError
 
-__all__ = ["choice_parser", "print_report"]
-
 
 def choice_parser(name: str, about: str | None) -> argparse.ArgumentParser:
     """A command line with the common options: further settings, and the folder for detections.

@@ -12,8 +12,6 @@ from benchmarks.experiment import Data, Skip
 from tsr_engine.evaluation.track_tables import read_mot_truth
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EACH", "EACH_OF_A_ROW", "EACH_TUNED", "Approaches", "judged_approaches", "read_approaches"]
-
 EACH, EACH_OF_A_ROW, EACH_TUNED = 6, 2, 1
 """Number of approaches of each stress: for judging; for experiments with many rows; from the tuning set."""
 

@@ -10,8 +10,6 @@ from benchmarks.experiment import Skip
 from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["CHOSEN_ON", "clip_groups", "read_clips"]
-
 T = TypeVar("T")
 CHOSEN_ON = ("01_076852", "SH4_70b651", "SK3_38cde7")
 """Clips that parameters were chosen on; the others are held out."""

@@ -21,8 +21,6 @@ from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.track_status import TrackStatus
 from tsr_engine.tracking.tracker import Tracker
 
-__all__ = ["TrackingResult", "filter_alone", "filter_steps", "frame_input", "identity", "start", "track_with_engine"]
-
 
 @dataclass(slots=True)
 class TrackingResult:

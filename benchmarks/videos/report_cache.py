@@ -19,8 +19,6 @@ from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["ResultCache"]
-
 
 class ResultCache:
     """Records in a folder.

@@ -21,8 +21,6 @@ from tsr_engine.records import Detections, Picture
 from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["Annotated", "DetectedFrame", "DetectedVideo", "detect_videos", "every_nth_frame_of", "pictures"]
-
 STEPS = (
     "channels", "detection", "geometry", "io", "tracking/camera_shift.py", "tracking/focus_of_expansion.py",
     "runs/calibration.py",

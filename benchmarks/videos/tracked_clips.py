@@ -28,20 +28,6 @@ from tsr_engine.records import Detections, FloatArray
 from tsr_engine.track_table import TrackTable
 from tsr_engine.tracking.camera_shift import CameraShift
 
-__all__ = [
-    "CONFIGURATIONS",
-    "PAPER_KF",
-    "STAGES",
-    "Scored",
-    "Tracked",
-    "Videos",
-    "redrawn",
-    "report_of",
-    "reports_of",
-    "score",
-    "track_together",
-]
-
 Videos = Mapping[str, tuple[Path, TrackTable]]
 """Name of a video -> file and ground truth."""
 

@@ -12,8 +12,6 @@ from tsr_engine.runs.report import RunReport
 from tsr_engine.runs.track_video import RunRequest, track_video
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["track_rows"]
-
 
 def track_rows(video: Path, params: Params, components: Components) -> tuple[RunReport, TrackTable]:
     """Run the engine on a video; returns its report and its result rows."""
