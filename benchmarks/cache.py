@@ -29,23 +29,40 @@ class Cache:
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
 
-    def get(self, made_from: Iterable[object], make: Callable[[], object]) -> Any:  # Any: a value of JSON
+    def get(self, inputs: Iterable[object], compute: Callable[[], object]) -> Any:  # Any: a value of JSON
         """The stored record for some inputs, or a new one.
 
         Args:
-            made_from: JSON values: all inputs of the record besides the code.
-            make: makes the record, a JSON value.
+            inputs: JSON values: all inputs of the record besides the code.
+            compute: computes the record, a JSON value.
         """
-        if self._folder is None:
-            return make()
-        text = json.dumps([code(ENGINE), _own_code(), *made_from], sort_keys=True)
-        path = self._folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
-        if path.is_file():
-            return json.loads(path.read_text(encoding="utf-8"))
-        record = json.loads(json.dumps(make()))  # gives the types of a stored record
-        with atomic_text(path) as out:
-            json.dump(record, out)
+        inputs = list(inputs)
+        record = self.find(inputs)
+        if record is None:
+            record = json.loads(json.dumps(compute()))  # gives the types of a stored record
+            self.keep(inputs, record)
         return record
+
+    def find(self, inputs: Iterable[object]) -> Any:  # Any: a value of JSON
+        """The stored record for some inputs; None: there is none."""
+        path = self._path(inputs)
+        return json.loads(path.read_text(encoding="utf-8")) if path is not None and path.is_file() else None
+
+    def keep(self, inputs: Iterable[object], record: object) -> None:
+        """Store the record for some inputs."""
+        path = self._path(inputs)
+        if path is not None:
+            with atomic_text(path) as out:
+                json.dump(record, out)
+
+    def _path(self, inputs: Iterable[object]) -> Path | None:
+        return None if self._folder is None else self._folder / f"{cache_key(inputs)}.json"
+
+
+def cache_key(inputs: Iterable[object]) -> str:
+    """Digest of the code and of JSON values, for the name of a file."""
+    text = json.dumps([code(ENGINE), _own_code(), *inputs], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 @cache

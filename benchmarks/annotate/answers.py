@@ -64,17 +64,17 @@ class Control:
     again: str
 
 
-def read_seen(path: Path = SEEN) -> list[Seen]:
+def read_seen() -> list[Seen]:
     """All places, in the order of the file."""
     return [
         Seen(row["scene"], _box(row), *(row[name] for name in ("cutouts", "scenes", "close", "again", "settled")))
-        for row in _rows(path)
+        for row in _rows(SEEN)
     ]
 
 
-def read_controls(path: Path = CONTROLS) -> list[Control]:
+def read_controls() -> list[Control]:
     """All controls."""
-    return [Control(row["truth"], row["again"]) for row in _rows(path)]
+    return [Control(row["truth"], row["again"]) for row in _rows(CONTROLS)]
 
 
 def _rows(path: Path) -> list[dict[str, str]]:

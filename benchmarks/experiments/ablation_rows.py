@@ -83,12 +83,6 @@ ON_CLIPS = (
 """Rows that also run on the real clips, whose pictures are three times as large."""
 
 
-def departing() -> frozenset[str]:
-    """Names of all parameters in which the two presets differ."""
-    ours, theirs = Params.preset("default").model_dump(), Params.preset("paper").model_dump()
-    return frozenset(leaf for section, leaf in Params.names() if ours[section][leaf] != theirs[section][leaf])
-
-
 def configurations() -> dict[str, Params]:
     """All rows: ``default``, each departure reverted, the considered values, ``paper``."""
     default = Params.preset("default")

@@ -28,7 +28,7 @@ from tsr_engine.protocols import OfflineDetector
 
 OURS = ("ACF", "ACF and prior")
 MIN_SCORE = -8.0
-"""Log-odds from which the other systems' detections are kept."""
+"""Log-odds from which the other systems' detections are cache."""
 
 
 def _run(data: Data) -> Result:
@@ -42,17 +42,17 @@ def _run(data: Data) -> Result:
     }
     components = load_components(Params().with_settings([("second_core", False)]))
     detectors: dict[str, OfflineDetector] = {"ACF": components.detector}
-    made_from: list[object] = ["side by side", dict(components.models), systems_code()]
+    inputs: list[object] = ["side by side", dict(components.models), systems_code()]
     try:
         for system in trained(data):
             detectors[system.system.title] = system.detector(DetectorParams(keep_score=MIN_SCORE))
             settings[system.system.name] = system.sha256[:12]
-            made_from.append(system.sha256)
+            inputs.append(system.sha256)
         missing = ""
     except Skip as why:
         missing = str(why)
-    kept = Cache(data.scratch / "side_by_side")
-    found, ms = rows_side_by_side(detectors, report, kept, made_from) if not missing else ({}, {})
+    cache = Cache(data.scratch / "side_by_side")
+    found, ms = rows_side_by_side(detectors, report, cache, inputs) if not missing else ({}, {})
     curves |= {name: score_detections(results) for name, results in found.items() if name not in OURS}
     figures: JsonObject = {name: plain(curve) for name, curve in curves.items()}
     for name, value in ms.items():
@@ -68,7 +68,7 @@ def _run(data: Data) -> Result:
 
 
 def rows_side_by_side(
-    detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene], kept: Cache, made_from: Sequence[object]
+    detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene], cache: Cache, inputs: Sequence[object]
 ) -> tuple[dict[str, Found], dict[str, float]]:
     """Detections of every detector on every scene, and its median CPU time per picture on one thread, ms.
 
@@ -80,8 +80,8 @@ def rows_side_by_side(
     warm: set[str] = set()
     with one_opencv_thread(), one_blas_thread():
         for scene in scenes:
-            key = [*made_from, list(detectors), file_digest(scene.path)]
-            record = kept.get(key, partial(_turn, detectors, scene.path, warm))
+            key = [*inputs, list(detectors), file_digest(scene.path)]
+            record = cache.get(key, partial(_turn, detectors, scene.path, warm))
             for name, (seconds, boxes, scores) in record.items():
                 times[name].append(seconds)
                 found[name].append((np.array(boxes, float).reshape(-1, 4), np.array(scores, float), scene.boxes))

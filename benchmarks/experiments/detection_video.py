@@ -69,10 +69,10 @@ def _run(data: Data) -> Result:
         raise Skip("the folder `clips` does not hold both clips to choose parameters on and others to judge them by.")
     judged, chosen = groups["held out"], groups["chosen on"]
     times: list[float] = []
-    kept = Cache(data.scratch / "watched")
-    clips = {name: watched_clip(video, truth, times, kept) for name, (video, truth) in pairs.items()}
+    cache = Cache(data.scratch / "watched")
+    clips = {name: watched_clip(video, truth, times, cache) for name, (video, truth) in pairs.items()}
     approaches = {} if data.tuning is None else read_approaches(data.tuning, each=EACH_OF_A_ROW).videos
-    tuned_on = [clips[n] for n in chosen] + [watched_clip(*pair, [], kept) for pair in approaches.values()]
+    tuned_on = [clips[n] for n in chosen] + [watched_clip(*pair, [], cache) for pair in approaches.values()]
     figures: JsonObject = {}
     picked: dict[str, dict[str, float]] = {}
     for name, row in (("ACF", "ACF and KF"), ("ACF and prior", "ACF, prior and KF")):
@@ -81,7 +81,7 @@ def _run(data: Data) -> Result:
         figures[name] = _alone([clips[n] for n in judged], name) | {"ms": float(np.median(times)) * 1e3}
         figures[row], filtering = _filtered([clips[n] for n in judged], name, params)
         figures[row]["ms"] = figures[name]["ms"] + filtering
-    figures[ENGINE] = _engine([clips[n] for n in judged], kept)
+    figures[ENGINE] = _engine([clips[n] for n in judged], cache)
     truth = [frame for n in judged for frame in clips[n].ground_truths]
     return Result(
         data=f"Annotated dash-cam clips, every frame a picture, signs from {MIN_WIDTH:g} px. The tracker's "
@@ -99,12 +99,12 @@ def _signs(truth: TrackTable) -> int:
     return len(np.unique(truth.track[~truth.ignore & wide]))
 
 
-def watched_clip(video: Path, truth: TrackTable, times: list[float], kept: Cache) -> _Clip:
+def watched_clip(video: Path, truth: TrackTable, times: list[float], cache: Cache) -> _Clip:
     """Detections of a clip, computed now or by an earlier call; appends CPU seconds per frame to ``times``."""
     params = Params().with_settings([("second_core", False), ("keep_score", -8.0), ("final_overlap", 1.0)])
     components = load_components(params.with_settings([("use_prior", False)]))
     key = ["watched", file_digest(video), params.model_dump(mode="json"), dict(components.models), systems_code()]
-    record = kept.get(key, lambda: watch_video(video, components))
+    record = cache.get(key, lambda: watch_video(video, components))
     times.extend(record["times"])
     seen = {name: [frame_from_record(frame) for frame in frames] for name, frames in record["seen"].items()}
     ground_truths = frame_ground_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH)
@@ -161,7 +161,7 @@ def _best(clips: Sequence[_Clip], name: str) -> dict[str, float]:
     return max(choices, key=lambda values: _filtered(clips, name, values)[0]["ap"])
 
 
-def _engine(clips: Sequence[_Clip], kept: Cache) -> JsonObject:
+def _engine(clips: Sequence[_Clip], cache: Cache) -> JsonObject:
     """The result rows of `tsr track`, default parameters: KF, gate, online detector."""
     shipped = Params.preset("default")
     components = load_components(shipped)
@@ -169,7 +169,7 @@ def _engine(clips: Sequence[_Clip], kept: Cache) -> JsonObject:
     for clip in clips:
         params = shipped.with_settings([("coast_foe_y", clip.coast_foe_y)])
         key = ["tracked", file_digest(clip.video), params.model_dump(mode="json"), dict(components.models)]
-        run = kept.get(key, partial(_track, clip.video, params, components))
+        run = cache.get(key, partial(_track, clip.video, params, components))
         seconds += run["seconds"]
         frames += run["frames"]
         at, boxes = np.array(run["at"], int), np.array(run["boxes"], float).reshape(-1, 4)

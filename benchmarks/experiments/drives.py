@@ -47,13 +47,13 @@ def _run(data: Data) -> Result:
         raise Skip("the folder `drives` holds no video.")
     params = Params.preset("default")
     components = load_components(params)
-    kept = Cache(data.scratch / "drives")
+    cache = Cache(data.scratch / "drives")
     figures: JsonObject = {}
     for weather in (AS_RECORDED, *WEATHERS):
         rows, frames = [], 0
         for name, path in sorted(drives.items()):
             key = ["drives", weather, CHANGED, file_digest(path), params.model_dump_json(), dict(components.models)]
-            seen = kept.get(key, partial(_tracked, path, weather, params, components))
+            seen = cache.get(key, partial(_tracked, path, weather, params, components))
             frames += seen["frames"]
             rows += [{"drive": name} | row for row in seen["tracks"]]
         figures[weather] = {"frames": frames, "drives": len(drives), "tracks": rows}

@@ -99,10 +99,12 @@ def _run(data: Data) -> Result:
         videos |= {f"clips {group}": own for group, own in clip_groups(read_clips(data.clips)).items()}
     if data.looming is not None:
         videos["approaches"] = judged_approaches(data, EACH).videos
-    kept = Cache(data.scratch / "first_sight")
+    cache = Cache(data.scratch / "first_sight")
     figures: JsonObject = {}
     for group, own in videos.items():
-        rows = [row for name, (video, truth) in own.items() for row in _signs(name, video, truth, params, models, kept)]
+        rows = [
+            row for name, (video, truth) in own.items() for row in _signs(name, video, truth, params, models, cache)
+        ]
         figures[group] = compared(rows, data.seed) | {"rows": rows}
     return Result(
         data="The sample drives, the clips of *Real clips* and the simulated approaches of *Under stress*. The sample "
@@ -118,13 +120,13 @@ def _samples() -> Videos:
 
 
 def _signs(
-    name: str, video: Path, truth: TrackTable, params: Params, models: Mapping[str, Components], kept: Cache
+    name: str, video: Path, truth: TrackTable, params: Params, models: Mapping[str, Components], cache: Cache
 ) -> list[JsonObject]:
     """The signs of one video, each with its width before and now."""
     widths: dict[str, dict[str, float | None]] = {}
     for which, components in models.items():
         key = ["first sight", name, file_digest(video), params.model_dump_json(), dict(components.models)]
-        widths[which] = kept.get([*key, truth.boxes.tolist()], partial(_tracked, video, truth, params, components))
+        widths[which] = cache.get([*key, truth.boxes.tolist()], partial(_tracked, video, truth, params, components))
     all_widths = truth.boxes[:, 2] - truth.boxes[:, 0]
     return [
         {

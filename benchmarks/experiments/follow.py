@@ -88,7 +88,7 @@ def _run(data: Data) -> Result:
             makers[name] = peer_maker(name)
         except Missing as why:
             missing[name] = str(why)
-    kept = Cache(data.scratch / "following")
+    cache = Cache(data.scratch / "following")
     root = Path(__file__).parents[1]
     own = digest_of(root, [root / "following" / f"{name}.py" for name in ("visible_signs", "methods", "figures")])
     engine = code(("follow", "follow_video.py"))
@@ -100,9 +100,9 @@ def _run(data: Data) -> Result:
     with one_opencv_thread(), one_blas_thread():  # so that the CPU time of a step is meaningful
         for video in _videos(data):
             about = [*video.identity(), own, cv2.__version__]
-            ours = kept.get(["ours", *about, engine], partial(_ours, video, parts))
+            ours = cache.get(["ours", *about, engine], partial(_ours, video, parts))
             able = {name: make for name, make in makers.items() if video.group != CLIPS or name not in SLOW}
-            theirs = kept.get(["theirs", *about, sorted(able)], partial(_theirs, video, able))
+            theirs = cache.get(["theirs", *about, sorted(able)], partial(_theirs, video, able))
             signs[video.group] = signs.get(video.group, 0) + ours["signs"]
             for way, by_position in {**ours["ways"], **theirs["ways"]}.items():
                 for position, found in by_position.items():
@@ -117,7 +117,7 @@ def _run(data: Data) -> Result:
         },
         "actions": {group: mean_of(found) for group, found in needed.items() if found},
         "ms": {way: 1e3 * sum(s for s, _ in found) / max(1, sum(n for _, n in found)) for way, found in times.items()},
-        "memory": kept.get(["memory", long, engine], partial(flat_memory, parts, data.scratch)),
+        "memory": cache.get(["memory", long, engine], partial(flat_memory, parts, data.scratch)),
         "missing": missing,
     }
     return Result(

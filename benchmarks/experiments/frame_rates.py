@@ -20,7 +20,7 @@ from tsr_engine.params import Params
 from tsr_engine.track_table import TrackTable
 
 STEPS = (1, 2, 3, 4)
-"""Steps between the frames that are kept."""
+"""Steps between the frames that are cache."""
 HEADINGS = {"1": "every frame", "2": "every 2nd", "3": "every 3rd", "4": "every 4th"}
 FULL_RATE: Mapping[str, float | None] = {
     "noise_centre": 0.03,
@@ -42,7 +42,7 @@ GROUPS = ("held out", "chosen on", "approaches")
 def _run(data: Data) -> Result:
     videos, without = annotated(data)
     seen = list(detect_videos([*videos, *tuning_approaches(data)], data.scratch / "detections"))
-    kept = Cache(data.scratch / "peers")
+    cache = Cache(data.scratch / "peers")
     default = Params.preset("default")
     ours = {OURS: default, BEFORE: default.with_settings(list(FULL_RATE.items()))}
     figures: JsonObject = {}
@@ -55,7 +55,7 @@ def _run(data: Data) -> Result:
                 tuned_on = [s for s in left if s.video.group in CHOSEN_ON]
                 if not tuned_on:
                     raise Missing("no video was given to choose its settings on.")
-                best = tune(peer, tuned_on, kept)
+                best = tune(peer, tuned_on, cache)
                 rows[peer.name] = [rows_of(peer, s, best.settings)[0] for s in left]
             except Missing as why:
                 missing[peer.name] = str(why)

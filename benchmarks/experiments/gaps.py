@@ -63,7 +63,7 @@ def _run(data: Data) -> Result:
     stresses: dict[str, dict[str, list[Outcome]]] = {}
     seconds: dict[str, list[float]] = {}
     starts: dict[str, int] = {}
-    kept = Cache(data.scratch / "peers")
+    cache = Cache(data.scratch / "peers")
     with one_opencv_thread():  # so that the CPU time of a step is meaningful
         for seen in list(detect_videos(videos, data.scratch / "detections")):
             group = seen.video.group if seen.video.group in EVERY else "approaches"
@@ -71,7 +71,7 @@ def _run(data: Data) -> Result:
             if not gaps:
                 continue
             starts[group] = starts.get(group, 0) + len(gaps)
-            made_from = [
+            inputs = [
                 "gaps",
                 seen.video.identity(),
                 EVERY[group],
@@ -80,7 +80,7 @@ def _run(data: Data) -> Result:
                 WHEEL,
                 UNKNOWN_CAMERA,
             ]
-            record = kept.get(made_from, partial(_one_video, seen, gaps, configurations, makers))
+            record = cache.get(inputs, partial(_one_video, seen, gaps, configurations, makers))
             for name, found in record.items():
                 ends = [Outcome.of(o) for o in found["outcomes"]]
                 outcomes.setdefault(group, {}).setdefault(name, []).extend(ends)

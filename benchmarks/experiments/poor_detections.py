@@ -19,7 +19,6 @@ from benchmarks.reporting import paper_figures as paper
 from benchmarks.reporting.markdown import change_text, number, table
 from benchmarks.videos.approaches import Approaches, read_approaches
 from benchmarks.videos.engine_tracker import filter_alone
-from benchmarks.videos.report_cache import ResultCache
 from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
 from benchmarks.videos.tracked_clips import CONFIGURATIONS, PAPER_KF, reports_of
 from tsr_engine.evaluation.gate import Candidates, Trial, collection_curve
@@ -57,16 +56,16 @@ ALONE: Final = {"paper": PAPER_KF, "default": KF}
 def _run(data: Data) -> Result:
     tuned = read_approaches(data.need("tuning"))
     clips = read_approaches(data.need("looming"), without=tuned.scenes, each=EACH)
-    kept = Cache(data.scratch / "peers")
+    cache = Cache(data.scratch / "peers")
     files = [[name, file_digest(path)] for name, (path, _) in tuned.videos.items()]
-    tau, collected = kept.get(["tau", files, SIGNS, data.seed], partial(paper_tau, tuned, data.seed))
+    tau, collected = cache.get(["tau", files, SIGNS, data.seed], partial(paper_tau, tuned, data.seed))
     rows = _rows(tau)
     videos = [Annotated(name, clips.stress[name], *video) for name, video in clips.videos.items()]
     seen = list(detect_videos(videos, data.scratch / "detections"))
     kinds: dict[str, JsonObject] = {AS_IT_IS: asdict(Degradation())}
     for kind, (start, name) in GROWING.items():
-        made_from = ["worse", kind, asdict(start), [s.video.identity() for s in seen], SEEDS]
-        grown = kept.get(made_from, partial(_grown, seen, start, name))
+        inputs = ["worse", kind, asdict(start), [s.video.identity() for s in seen], SEEDS]
+        grown = cache.get(inputs, partial(_grown, seen, start, name))
         kinds[kind] = asdict(replace(start, **{name: grown}))
     figures = {
         kind: {"worse": how, "rows": _figures(seen, Degradation(**how), rows, data)} for kind, how in kinds.items()
@@ -141,14 +140,14 @@ def _draws(seen: Sequence[DetectedVideo]) -> list[tuple[int, int]]:
 
 def _figures(seen: Sequence[DetectedVideo], how: Degradation, rows: Mapping[str, Params], data: Data) -> JsonObject:
     """Row -> its figures."""
-    memory = ResultCache(data.scratch / "tracked")
+    cache = Cache(data.scratch / "tracked")
     components = {name: load_components(params) for name, params in rows.items()}
     found: dict[str, list[VideoReport]] = {name: [] for name in rows}
     for place, seed in _draws(seen)[:: 1 if how != Degradation() else SEEDS]:
         video = seen[place].video
         title = f"{video.name}, {how}, seed {seed}"
         worse = partial(degrade, seen[place], how, seed)
-        for name, (report, _) in reports_of(title, video, worse, rows, components, memory).items():
+        for name, (report, _) in reports_of(title, video, worse, rows, components, cache).items():
             found[name].append(report)
     each = len(found[PAPER_KF]) // len(seen)
     return {

@@ -10,13 +10,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from benchmarks.cache import cache_key, file_digest, table_digest
 from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.experiments.first_sight import first_matches
 from benchmarks.reporting.markdown import number, table
 from benchmarks.timing.looped_video import RATE, SIZE, base_clip
 from benchmarks.videos.approaches import EACH, read_approaches
 from benchmarks.videos.clips import clip_groups, read_clips
-from benchmarks.videos.report_cache import ResultCache
 from benchmarks.videos.tracked_clips import Videos
 from sample_videos import SHIPPED
 from tsr_engine.evaluation.track_tables import read_results
@@ -149,7 +149,8 @@ def _tracked(
     title: str, video: Path, truth: TrackTable, params: Params, components: Components, folder: Path, start: int
 ) -> tuple[TrackTable, int, tuple[int, int]]:
     """Result rows of a run, number of frames and size of the pictures; rows of an earlier call are reused."""
-    path = folder / f"{ResultCache.key(title, video, truth, params, components.models)}.csv"
+    data = [title, file_digest(video), table_digest(truth), start]
+    path = folder / f"{cache_key([*data, params.model_dump_json(), dict(components.models)])}.csv"
     if not path.is_file():
         folder.mkdir(parents=True, exist_ok=True)
         track_video(RunRequest(video, params, csv=path, start=start), components)

@@ -80,15 +80,15 @@ def _run(data: Data) -> Result:
     if not judged:
         raise Skip("the folder `clips` has only clips that parameters were chosen on, and no approach was given.")
     rows: dict[str, list[tuple[TrackTable, float]]] = {name: [] for name in (*PRESETS, LIVE)}
-    kept = Cache(data.scratch / "peers")
+    cache = Cache(data.scratch / "peers")
     configurations = {name: (CONFIGURATIONS[name], load_components(CONFIGURATIONS[name])) for name in PRESETS}
     with one_opencv_thread():  # so that the CPU time of a frame is meaningful
         for video in judged:
-            for name, found in track_with_engine(video, configurations, kept).items():
+            for name, found in track_with_engine(video, configurations, cache).items():
                 rows[name].append((found.rows, found.seconds))
                 if name == "default":
                     rows[LIVE].append((found.live, found.seconds))
-    chosen, missing = run_peers(tuned_on, judged, rows, kept)
+    chosen, missing = run_peers(tuned_on, judged, rows, cache)
     rows[BOUND] = [(ideal(s), 0.0) for s in judged]
     clips = [s.video.name for s in judged if s.video.group == "held out"]
     chosen_on = [s.video.name for s in tuned_on if s.video.group == "chosen on"]
@@ -110,7 +110,7 @@ def run_peers(
     tuned_on: Sequence[DetectedVideo],
     judged: Sequence[DetectedVideo],
     rows: dict[str, list[tuple[TrackTable, float]]],
-    kept: Cache,
+    cache: Cache,
 ) -> tuple[JsonObject, dict[str, str]]:
     """Tune and run each peer; returns the chosen settings, and the peers that cannot run, with the reason."""
     chosen: JsonObject = {}
@@ -126,7 +126,7 @@ def run_peers(
         try:
             if not tuned_on:
                 raise Missing("no video was given to choose its settings on.")
-            best = tune(peer, tuned_on, kept)
+            best = tune(peer, tuned_on, cache)
             rows[peer.name] = [rows_of(peer, video, best.settings) for video in judged]
         except Missing as why:
             missing[peer.name] = str(why)

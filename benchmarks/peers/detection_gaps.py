@@ -92,7 +92,7 @@ class StationaryBox:
         return self._box
 
 
-def find_gaps(seen: DetectedVideo, every: int, lengths: Sequence[int] = LENGTHS) -> list[Gap]:
+def find_gaps(seen: DetectedVideo, every: int) -> list[Gap]:
     """Find the starts of gaps on every counted and detected sign.
 
     The sign must be annotated from the start of the lead-in to the end of the shortest gap at least.
@@ -100,7 +100,6 @@ def find_gaps(seen: DetectedVideo, every: int, lengths: Sequence[int] = LENGTHS)
     Args:
         seen: the video.
         every: least number of frames between two starts on a sign.
-        lengths: lengths of the gaps, frames.
     """
     truth = seen.video.truth
     place = {(int(truth.track[i]), int(truth.frame[i])): i for i in np.flatnonzero(~truth.ignore)}
@@ -113,9 +112,9 @@ def find_gaps(seen: DetectedVideo, every: int, lengths: Sequence[int] = LENGTHS)
             if row is None or k - last < every or (sign, k - LEAD_IN + 1) not in place:
                 continue
             box = truth.boxes[row]
-            ends = {n: truth.boxes[place[sign, k + n]] for n in lengths if (sign, k + n) in place}
+            ends = {n: truth.boxes[place[sign, k + n]] for n in LENGTHS if (sign, k + n) in place}
             detection = _detection(frame.detections, box)
-            if box[2] - box[0] < MIN_WIDTH or min(lengths) not in ends or detection is None:
+            if box[2] - box[0] < MIN_WIDTH or min(LENGTHS) not in ends or detection is None:
                 continue
             gaps.append(Gap(sign, k, detection, ends))
             last = k

@@ -33,13 +33,13 @@ class Tuned:
     equal: int
 
 
-def tune(peer: Peer, clips: Sequence[DetectedVideo], kept: Cache) -> Tuned:
+def tune(peer: Peer, clips: Sequence[DetectedVideo], cache: Cache) -> Tuned:
     """Find the combination with the highest HOTA over all videos together; MOTA, then IDF1, decide on a tie.
 
     Args:
         peer: the tracker to tune.
         clips: the videos with their detections.
-        kept: store of earlier results.
+        cache: store of earlier results.
 
     Raises:
         Missing: the peer or TrackEval is not installed.
@@ -50,8 +50,8 @@ def tune(peer: Peer, clips: Sequence[DetectedVideo], kept: Cache) -> Tuned:
         raise ValueError(f"{peer.name} cannot be tuned: expected at least one clip, got none. Name the clips' folder.")
     grid = {name: list(values) for name, values in peer.grid.items()}
     versions = version(PACKAGE), version("trackeval")
-    made_from = ["tuned", ORDER, peer.name, grid, *versions, [c.video.identity() for c in clips]]
-    return Tuned(**kept.get(made_from, lambda: asdict(_search(peer, clips))))
+    inputs = ["tuned", ORDER, peer.name, grid, *versions, [c.video.identity() for c in clips]]
+    return Tuned(**cache.get(inputs, lambda: asdict(_search(peer, clips))))
 
 
 def _search(peer: Peer, clips: Sequence[DetectedVideo]) -> Tuned:

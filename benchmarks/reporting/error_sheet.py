@@ -16,13 +16,12 @@ from tsr_engine.pipeline import Components, load_components
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import TrackTable
 
+MAX_PICTURES = 24
 LABELS = {"missed": "N", "misread": "M", "false": "F"}
 """First letter of a label by kind, in the order of the sheet."""
 
 
-def draw_error_sheet(
-    sheet: Path, scratch: Path, videos: Videos, notes: Mapping[str, Sequence[JsonObject]], most: int = 24
-) -> None:
+def draw_error_sheet(sheet: Path, scratch: Path, videos: Videos, notes: Mapping[str, Sequence[JsonObject]]) -> None:
     """Draw a sheet of the signs and tracks in ``notes``, each in the frame in which it is largest.
 
     Args:
@@ -30,10 +29,9 @@ def draw_error_sheet(
         scratch: folder with the evidence of earlier runs.
         videos: name -> (file, ground truth).
         notes: result of ``sign_notes``; drawn notes get a ``label``.
-        most: largest number of pictures.
     """
     sheet.unlink(missing_ok=True)
-    wanted = [(kind, note) for kind in LABELS for note in notes[kind]][:most]
+    wanted = [(kind, note) for kind in LABELS for note in notes[kind]][:MAX_PICTURES]
     params = Params.preset("default")
     components = load_components(params)
     for number, (kind, note) in enumerate(wanted, 1):

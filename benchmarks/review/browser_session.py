@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 READY = "(r => r && r.shown === r.frame && r.tracks && r.lanes)(tsr.store.get().review)"
 """JavaScript condition: the review screen shows its picture, tracks and lanes."""
-SIZE = {"width": 1280, "height": 720}
 
 
 @dataclass
@@ -31,9 +30,9 @@ class BrowserSession:
     chromium: str
     flags: list[str]
 
-    def page(self, width: int = SIZE["width"], height: int = SIZE["height"]) -> Page:
+    def page(self) -> Page:
         """A signed-in page in a new window with a new profile."""
-        page = self.browser.new_context(viewport={"width": width, "height": height}).new_page()
+        page = self.browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
         page.set_default_timeout(120_000)
         page.goto(self.server.link())
         page.wait_for_function("() => globalThis.tsr?.store.get().session")
@@ -67,9 +66,9 @@ def open_browser_session(
             browser.close()
 
 
-def open_review(page: Page, video: str, run: str, frame: int = 0) -> None:
+def open_review(page: Page, video: str, run: str) -> None:
     """Open the review screen and wait for its picture, its tracks and its lanes."""
-    page.evaluate("hash => { location.hash = hash }", f"#/review/{video}/{run}?frame={frame}")
+    page.evaluate("hash => { location.hash = hash }", f"#/review/{video}/{run}?frame=0")
     page.wait_for_function(f"() => {READY}")
 
 

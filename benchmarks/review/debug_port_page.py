@@ -23,8 +23,8 @@ from websockets.sync.connection import Connection
 
 from tsr_engine.json_shapes import JsonObject
 
-_START = 60.0
-"""Largest start time of the browser, s."""
+_START_S, _TIMEOUT_S = 60.0, 120.0
+"""Largest times until the browser has started, and until a condition is true, s."""
 
 
 class DebugPortPage:
@@ -65,19 +65,19 @@ class DebugPortPage:
             raise RuntimeError(f"{expression[:60]}: {answer['exceptionDetails']['text']}")
         return answer["result"].get("value")
 
-    def wait_for(self, condition: str, seconds: float = 120.0) -> None:
+    def wait_for(self, condition: str) -> None:
         """Wait until an expression is true.
 
         Raises:
             TimeoutError: the expression does not become true in time.
         """
-        until = time.monotonic() + seconds
+        until = time.monotonic() + _TIMEOUT_S
         while time.monotonic() < until:
             with contextlib.suppress(RuntimeError):  # the page may just be loading
                 if self.evaluate(f"Boolean({condition})"):
                     return
             time.sleep(0.1)
-        raise TimeoutError(f"{condition} did not come within {seconds:.0f} s")
+        raise TimeoutError(f"{condition} did not come within {_TIMEOUT_S:.0f} s")
 
 
 @contextlib.contextmanager
@@ -107,16 +107,16 @@ def open_debug_port_page(
 
 
 def _port(note: Path) -> int:
-    until = time.monotonic() + _START
+    until = time.monotonic() + _START_S
     while not (note.is_file() and note.read_text().count("\n")):
         if time.monotonic() > until:
-            raise TimeoutError(f"Chromium did not start within {_START:.0f} s")
+            raise TimeoutError(f"Chromium did not start within {_START_S:.0f} s")
         time.sleep(0.1)
     return int(note.read_text().split()[0])
 
 
 def _target(port: int) -> str:
-    until = time.monotonic() + _START
+    until = time.monotonic() + _START_S
     while time.monotonic() < until:
         with urllib.request.urlopen(f"http://127.0.0.1:{port}/json/list", timeout=30) as answer:
             pages = [one for one in json.load(answer) if one["type"] == "page"]

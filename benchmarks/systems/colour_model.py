@@ -35,6 +35,10 @@ _DARK: Final = 30.0
 """Added to R + G + B, since the hue of nearly black pixels is noise."""
 _STEP: Final = 0.03
 """Size of one step of the table in the Ohta plane: the least width of a colour."""
+_PIXELS_OF_SIGN: Final = 150
+"""Number of pixels drawn from every sign."""
+_ROUNDS: Final = 40
+"""Rounds of expectation maximisation."""
 _SPAN: Final = 1.2
 _CELLS: Final = 96
 """Number of cells per axis of the background's histogram, which covers +-_SPAN."""
@@ -68,13 +72,12 @@ def ohta(pixels: NDArray[np.uint8]) -> FloatArray:
     return np.stack([(r - b) / total, (2 * g - r - b) / total], axis=-1)
 
 
-def fit_colours(scenes: Sequence[Scene], rng: np.random.Generator, per_sign: int = 150) -> ColourModel:
+def fit_colours(scenes: Sequence[Scene], rng: np.random.Generator) -> ColourModel:
     """Learn the model from annotated scenes.
 
     Args:
         scenes: training scenes.
         rng: random generator; draws the pixels.
-        per_sign: number of pixels drawn from every sign.
 
     Raises:
         ValueError: the scenes hold no sign of a colour.
@@ -91,7 +94,7 @@ def fit_colours(scenes: Sequence[Scene], rng: np.random.Generator, per_sign: int
             name = next((n for n, classes in COLOURS.items() if class_id in classes), None)
             if name is None:
                 continue
-            share = rng.uniform(0.08, 0.92, (per_sign, 2))
+            share = rng.uniform(0.08, 0.92, (_PIXELS_OF_SIGN, 2))
             places = (box[:2] + share * (box[2:] - box[:2])).astype(int)
             x, y = np.clip(places, 0, (picture.shape[1] - 1, picture.shape[0] - 1)).T
             samples[name].append(ohta(picture[y, x]))
@@ -127,14 +130,14 @@ def _gaussian(points: FloatArray, mean: FloatArray, covariance: FloatArray) -> F
     return np.asarray(np.exp(-0.5 * square) / (2 * np.pi * np.sqrt(np.linalg.det(covariance))))
 
 
-def _separate(points: FloatArray, rest: FloatArray, rounds: int = 40) -> tuple[FloatArray, FloatArray]:
+def _separate(points: FloatArray, rest: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Mean and covariance of the sign's colour in boxes that also hold background pixels."""
     other = _look_up(rest, points)
     # The sign's colour is where the density in the boxes exceeds that of the rest by the largest factor.
     ratio = _look_up(_histogram(points), points) / (other + 1e-6)
     mine = (ratio >= np.quantile(ratio, 0.7)).astype(float)
     mean, covariance = np.zeros(2), np.eye(2)
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         share = mine.mean()
         mean = mine @ points / mine.sum()
         away = points - mean

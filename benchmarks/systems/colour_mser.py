@@ -63,9 +63,9 @@ class ColourMserDetector:
 
     name = "colour, MSER and HOG SVM"
 
-    def __init__(self, model: ColourMser, params: DetectorParams | None = None) -> None:
+    def __init__(self, model: ColourMser, params: DetectorParams) -> None:
         self.model = model
-        self.params = params or DetectorParams()
+        self.params = params
 
     def detect(self, picture: Picture) -> Detections:
         """Detections of one BGR picture, best first; scores are log-odds, there is no prior."""

@@ -83,14 +83,16 @@ class _Samples:
         return _Samples(self.bytes[rows], self.classes[rows])
 
 
+DEFAULT_PLAN: Final = SvmPlan()
+
+
 def train_colour_mser(
     train: Sequence[Scene],
     calibrate: Sequence[Scene],
     crops: Sequence[CropItem],
     seed: int,
     progress: Progress,
-    plan: SvmPlan | None = None,
-    proposals: ProposalPlan | None = None,
+    plan: SvmPlan = DEFAULT_PLAN,
 ) -> tuple[ColourMser, JsonObject]:
     """Train the system.
 
@@ -100,8 +102,7 @@ def train_colour_mser(
         crops: GTSRB crops as further signs.
         seed: random seed.
         progress: called with each stage.
-        plan: settings of the training; unset: the defaults.
-        proposals: settings of the proposals; unset: the defaults.
+        plan: settings of the training.
 
     Returns:
         The model and a record of the training.
@@ -109,7 +110,7 @@ def train_colour_mser(
     Raises:
         ValueError: the scenes hold no sign of a colour.
     """
-    plan, proposals = plan or SvmPlan(), proposals or ProposalPlan()
+    proposals = ProposalPlan()
     rng = np.random.default_rng([seed, 37])
     progress("colours")
     colours = fit_colours(train, rng)

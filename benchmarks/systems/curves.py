@@ -12,6 +12,7 @@ from tsr_engine.evaluation.detection import DetectionScore
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.records import FloatArray
 
+_MAX_POINTS: Final = 800
 RATES: Final = ("0.03", "0.1", "1.0")
 """Numbers of false detections per picture at which recall is reported."""
 
@@ -32,13 +33,13 @@ def plain(curve: DetectionScore) -> JsonObject:
     }
 
 
-def _corners(recall: FloatArray, most: int = 800) -> NDArray[np.int64]:
+def _corners(recall: FloatArray) -> NDArray[np.int64]:
     """Indices of the points for a drawing; between two true detections, precision only falls."""
     if not len(recall):
         return np.zeros(0, np.int64)
     finds = np.flatnonzero(np.diff(recall))
     corners = np.unique(np.concatenate([[0], finds, finds + 1, [len(recall) - 1]]))
-    chosen = np.unique(np.linspace(0, len(corners) - 1, min(most, len(corners))).astype(int))
+    chosen = np.unique(np.linspace(0, len(corners) - 1, min(_MAX_POINTS, len(corners))).astype(int))
     return np.asarray(corners[chosen], np.int64)
 
 

@@ -18,8 +18,6 @@ from tsr_engine.detection.window import Window
 
 WINDOW: Final = Window(cells=14, shrink=2, sign=24.0, pad=2)
 """The same window as the ACF detector's: 28 px with a sign of 24 px in its middle."""
-GAIN: Final = 900.0
-"""Bytes per unit of a share; more than about a quarter of a block's gradient in one bin saturates."""
 FLOOR: Final = 8
 """Added to a block's sum for each of its cells: the gradient of noise in a flat sky."""
 _SHAPES: Final = ((4, 4), (6, 6), (8, 8), (12, 12), (4, 8), (8, 4), (6, 12), (12, 6), (14, 14))
@@ -107,5 +105,6 @@ def _gather(flat, starts, quarter, block, floor, out):  # type: ignore[no-untype
             q, b = quarter[f], block[f]
             part = flat[s + q[0]] - flat[s + q[1]] - flat[s + q[2]] + flat[s + q[3]]
             whole = flat[s + b[0]] - flat[s + b[1]] - flat[s + b[2]] + flat[s + b[3]] + floor[f]
+            # 900 bytes per unit of a share: more than about a quarter of a block's gradient in one bin saturates.
             value = np.float32(900.0) * np.float32(part) / np.float32(whole)
             out[i, f] = np.uint8(min(max(value, np.float32(0.0)), np.float32(255.0)))

@@ -124,9 +124,9 @@ class HogCascadeDetector:
 
     name = "hog cascade"
 
-    def __init__(self, model: HogCascade, params: DetectorParams | None = None) -> None:
+    def __init__(self, model: HogCascade, params: DetectorParams) -> None:
         self.model = model
-        self.params = params or DetectorParams()
+        self.params = params
 
     def detect(self, picture: Picture) -> Detections:
         """Detections of one BGR picture, best first; scores are log-odds, there is no prior."""

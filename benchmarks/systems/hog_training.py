@@ -65,13 +65,16 @@ class HogPlan:
     slack: float = 0.5
 
 
+DEFAULT_PLAN: Final = HogPlan()
+
+
 def train_hog_cascade(
     train: Sequence[Scene],
     calibrate: Sequence[Scene],
     crops: Sequence[CropItem],
     seed: int,
     progress: Progress,
-    plan: HogPlan | None = None,
+    plan: HogPlan = DEFAULT_PLAN,
 ) -> tuple[HogCascade, JsonObject]:
     """Train a cascade.
 
@@ -81,7 +84,7 @@ def train_hog_cascade(
         crops: GTSRB crops as further signs.
         seed: random seed.
         progress: called with each stage.
-        plan: settings of the training; unset: the defaults.
+        plan: settings of the training.
 
     Returns:
         The model and a record of the training.
@@ -89,7 +92,6 @@ def train_hog_cascade(
     Raises:
         ValueError: the scenes hold no sign.
     """
-    plan = plan or HogPlan()
     if not any(len(scene.boxes) for scene in train) or not any(len(scene.boxes) for scene in calibrate):
         raise ValueError("A cascade is trained and calibrated on scenes with signs. Got none.")
     rng = np.random.default_rng([seed, 31])

@@ -13,6 +13,7 @@ from benchmarks.systems.colour_model import ColourModel
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 
+_STEP: Final = 0.07
 _SMOOTH: Final = 0.8
 """Standard deviation, px, of the blur that removes the noise of dark places from the colour maps."""
 
@@ -89,12 +90,12 @@ def propose(picture: Picture, colours: ColourModel, plan: ProposalPlan, params: 
     return Proposals(_distinct(boxes[sane]), maps)
 
 
-def _distinct(boxes: FloatArray, step: float = 0.07) -> FloatArray:
-    """One box of each group with equal place, width and height, up to about a ``step`` of the size."""
+def _distinct(boxes: FloatArray) -> FloatArray:
+    """One box of each group with equal place, width and height, up to about ``_STEP`` of the size."""
     if not len(boxes):
         return boxes
-    size = np.log(boxes[:, 2:] - boxes[:, :2]) / step
-    side = np.exp(np.round(size.mean(axis=1)) * step)
-    middle = (boxes[:, :2] + boxes[:, 2:]) / 2 / (step * side[:, None])
+    size = np.log(boxes[:, 2:] - boxes[:, :2]) / _STEP
+    side = np.exp(np.round(size.mean(axis=1)) * _STEP)
+    middle = (boxes[:, :2] + boxes[:, 2:]) / 2 / (_STEP * side[:, None])
     _, first = np.unique(np.round(np.concatenate([middle, size], axis=1)), axis=0, return_index=True)
     return boxes[np.sort(first)]

@@ -61,9 +61,9 @@ class TrainedSystem:
     record: JsonMapping = field(default_factory=dict)
     sha256: str = ""
 
-    def detector(self, params: DetectorParams | None = None) -> OfflineDetector:
+    def detector(self, params: DetectorParams) -> OfflineDetector:
         """The detector."""
-        return self.system.detector(self.model, params or DetectorParams())
+        return self.system.detector(self.model, params)
 
 
 SYSTEMS: Final = (
@@ -84,12 +84,8 @@ def split(data: Data) -> tuple[list[Scene], list[Scene], list[Scene]]:
     return split_scenes(read_gtsdb(data.need("gtsdb")), seed)
 
 
-def trained(data: Data, only: Sequence[str] | None = None) -> list[TrainedSystem]:
+def trained(data: Data) -> list[TrainedSystem]:
     """The systems; those that the scratch folder lacks are trained and stored there.
-
-    Args:
-        data: scenes and crops.
-        only: names of systems; unset: all.
 
     Raises:
         Skip: scenes or crops are missing.
@@ -98,8 +94,6 @@ def trained(data: Data, only: Sequence[str] | None = None) -> list[TrainedSystem
     gtsrb = data.need("gtsrb")
     out = []
     for system in SYSTEMS:
-        if only is not None and system.name not in only:
-            continue
         folder = data.scratch / f"system-{system.name}-{data.seed}"
         if not (folder / "manifest.json").is_file():
             crops = read_items(gtsrb)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,12 +11,15 @@ import cv2
 import numpy as np
 
 from benchmarks.timing.looped_video import RATE, SIZE
+from tsr_engine.evaluation.track_tables import read_clip_truth
 from tsr_engine.evidence import FramePixels
+from tsr_engine.geometry.boxes import shorter_side
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, FrameInput, TrackingCore, load_detector, one_blas_thread
 from tsr_engine.records import Detections, Picture
 
+_FRAMES: Final = 30
 _STARTING: Final = 12
 """Number of first frames that are not counted: they confirm tracks and compile code."""
 
@@ -27,28 +29,27 @@ def exponent(x: Sequence[float], y: Sequence[float]) -> float:
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
 
 
-def sign_faces(video: Path, truth: Path, count: int = 4, side: int = 64) -> list[Picture]:
-    """The largest views of ``count`` signs of an annotated drive, squares of ``side`` px."""
-    best: dict[int, tuple[float, int, list[float]]] = {}
-    with truth.open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
-            box = [float(row[name]) for name in ("x1", "y1", "x2", "y2")]
-            size, number = min(box[2] - box[0], box[3] - box[1]), int(row["track_id"])
-            inside = float(row["visibility"]) > 0.95 and box[0] >= 0 and box[1] >= 0
-            if inside and size > best.get(number, (0.0,))[0]:
-                best[number] = size, int(row["frame"]), box
-    chosen = sorted(best.values(), reverse=True)[:count]
+def sign_faces(video: Path, truth: Path) -> list[Picture]:
+    """The largest views of four signs of an annotated drive, squares of 64 px."""
+    rows = read_clip_truth(truth)
+    whole = (rows.visibility > 0.95) & (rows.boxes[:, :2] >= 0).all(axis=1)
+    sides = np.where(whole, shorter_side(rows.boxes), 0.0)
+    largest = (
+        np.flatnonzero(rows.track == track)[sides[rows.track == track].argmax()] for track in np.unique(rows.track)
+    )
+    chosen = sorted((row for row in largest if sides[row]), key=lambda row: -sides[row])[:4]
     faces = []
     with open_video(video) as opened:
-        for _, number, (x1, y1, x2, y2) in chosen:
+        for row in chosen:
+            number, (x1, y1, x2, y2) = int(rows.frame[row]), rows.boxes[row]
             picture = next(iter(opened.frames(number, number + 1))).picture
             part = picture[round(y1) : round(y2), round(x1) : round(x2)]
-            faces.append(cv2.resize(part, (side, side), interpolation=cv2.INTER_AREA))
+            faces.append(cv2.resize(part, (64, 64), interpolation=cv2.INTER_AREA))
     return faces
 
 
 def sign_cost(
-    background: Picture, faces: Sequence[Picture], counts: Sequence[int], components: Components, frames: int = 30
+    background: Picture, faces: Sequence[Picture], counts: Sequence[int], components: Components
 ) -> dict[int, float]:
     """Median CPU ms of a step of the core by the number of signs in view, all detected in every frame.
 
@@ -57,14 +58,13 @@ def sign_cost(
         faces: pictures of signs, pasted in turn.
         counts: numbers of signs, at most 20.
         components: trained parts; the detector is not used.
-        frames: number of frames; the first dozen are not counted.
     """
     costs = {}
     with one_blas_thread():
         for count in counts:
             core = TrackingCore(Params(), components.parts, *SIZE, interval=1 / RATE)
             times = []
-            for k in range(frames):
+            for k in range(_FRAMES):
                 boxes = np.array([_place(number, k) for number in range(count)])
                 pixels = FramePixels(_pasted(background, faces, boxes))
                 scores, prior = np.full(count, 5.0), np.full(count, 0.5)

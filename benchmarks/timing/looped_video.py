@@ -55,26 +55,22 @@ def base_clip(folder: Path, frames: int, drives: int = 1) -> Path:
     return path
 
 
-def looped(base: Path, times: int, path: Path) -> Path:
-    """A clip repeated in one file, made on first use."""
-    if path.is_file():
-        return path
-    part = path.with_suffix(".part.mp4")
-    with av.open(str(base)) as source:
-        length = source.streams.video[0].frames
-    with av.open(str(part), "w") as sink:
-        out: object = None
-        for turn in range(times):
-            with av.open(str(base)) as source:
-                stream = source.streams.video[0]
-                out = out or sink.add_stream_from_template(stream)
-                step = round(length / (RATE * stream.time_base))
-                for packet in source.demux(stream):
-                    if packet.pts is None:
-                        continue
-                    packet.pts += turn * step
-                    packet.dts += turn * step
-                    packet.stream = out
-                    sink.mux(packet)
-    part.rename(path)
-    return path
+def repeat_clip(clip: Path, out: Path, frames: int) -> None:
+    """Write a clip repeated until it has so many frames or more, without encoding."""
+    with av.open(out, "w", format="mp4") as target:
+        stream: object = None
+        done = after = 0
+        while done < frames:
+            with av.open(clip) as container:
+                source = container.streams.video[0]
+                stream = stream or target.add_stream_from_template(source)
+                packets = [packet for packet in container.demux(source) if packet.size]
+                step = min(packet.duration for packet in packets if packet.duration)
+                first = min(packet.pts for packet in packets)
+                end = max(packet.pts for packet in packets) + step - first
+                for packet in packets:
+                    packet.pts += after - first
+                    packet.dts += after - first
+                    packet.stream = stream
+                    target.mux(packet)
+                after, done = after + end, done + len(packets)

@@ -32,6 +32,7 @@ from pathlib import Path
 import av
 import cv2
 
+from benchmarks.timing.looped_video import repeat_clip
 from sample_videos import SHIPPED
 from tsr_engine.errors import TsrError
 from tsr_engine.io.video import open_video
@@ -147,7 +148,7 @@ def _drive(kind: str, out: Path, clips: Path | None) -> str:
     """Write a video of at least ``FRAMES`` frames; returns the name of its source."""
     if clips is not None:
         clip = clip_of_kind(kind, clips)
-        repeat_clip(clip, out)
+        repeat_clip(clip, out, FRAMES)
         return f"{clip.name}, joined to itself, packets as they were"
     source = SHIPPED[0].video
     for crf in _CRF[kind]:
@@ -177,29 +178,6 @@ def clip_of_kind(kind: str, folder: Path) -> Path:
     if not rates:
         raise TsrError(f"{folder} has no clip of {WIDTH}x{HEIGHT}. Name another folder with --clips.")
     return (min if kind == "copied" else max)(rates, key=lambda path: rates[path])
-
-
-def repeat_clip(clip: Path, out: Path) -> None:
-    """Write the clip repeated several times, without encoding."""
-    with av.open(out, "w", format="mp4") as target:
-        made: object = None
-        done = 0
-        after = 0
-        while done < FRAMES:
-            with av.open(clip) as container:
-                source = container.streams.video[0]
-                if made is None:
-                    made = target.add_stream_from_template(source)
-                packets = [packet for packet in container.demux(source) if packet.size]
-                step = min(packet.duration for packet in packets if packet.duration)
-                first = min(packet.pts for packet in packets)
-                end = max(packet.pts for packet in packets) + step - first
-                for packet in packets:
-                    packet.pts += after - first
-                    packet.dts += after - first
-                    packet.stream = made
-                    target.mux(packet)
-                after, done = after + end, done + len(packets)
 
 
 if __name__ == "__main__":

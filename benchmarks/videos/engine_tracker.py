@@ -145,7 +145,7 @@ def frame_input(
 
 
 def track_with_engine(
-    seen: DetectedVideo, configurations: Mapping[str, tuple[Params, Components]], kept: Cache
+    seen: DetectedVideo, configurations: Mapping[str, tuple[Params, Components]], cache: Cache
 ) -> dict[str, TrackingResult]:
     """Track one video with several configurations; it is decoded once.
 
@@ -154,13 +154,13 @@ def track_with_engine(
     Args:
         seen: the video with its detections.
         configurations: parameters and trained parts by name.
-        kept: store of earlier results.
+        cache: store of earlier results.
 
     Returns:
         The result of each configuration by its name.
     """
-    made_from = ["followed", seen.video.identity(), identity(configurations)]
-    records = kept.get(made_from, lambda: {n: f.as_dict() for n, f in _follow(seen, configurations).items()})
+    inputs = ["followed", seen.video.identity(), identity(configurations)]
+    records = cache.get(inputs, lambda: {n: f.as_dict() for n, f in _follow(seen, configurations).items()})
     return {name: TrackingResult.of(record) for name, record in records.items()}
 
 

@@ -9,19 +9,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.videos.report_cache import ResultCache
+from benchmarks.cache import Cache, file_digest, table_digest
 from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo, detect_videos, pictures
 from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.evaluation.track_tables import result_table
-from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
+from tsr_engine.evaluation.tracking import SignReport, VideoReport, evaluate_video
 from tsr_engine.evidence import FramePixels, ResultRow
 from tsr_engine.geometry.boxes import clip
+from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, FrameInput, ResultStream, TrackingCore, load_components, one_blas_thread
 from tsr_engine.records import Detections, FloatArray
@@ -102,14 +103,14 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
         configurations: name -> parameters.
         scratch: folder for evidence and reports, which later calls use again.
     """
-    memory = ResultCache(scratch / "tracked")
+    cache = Cache(scratch / "tracked")
     components = {name: load_components(params) for name, params in configurations.items()}
     shipped = load_components(Params.preset("default"))
     scored = {name: Scored() for name in configurations}
     for title, (path, truth) in videos.items():
         video = Annotated(title, "", path, truth)
-        see = partial(next, detect_videos([video], scratch / "detections", shipped))
-        for name, found in reports_of(title, video, see, configurations, components, memory).items():
+        detect = partial(next, detect_videos([video], scratch / "detections", shipped))
+        for name, found in reports_of(title, video, detect, configurations, components, cache).items():
             scored[name].add(*found)
     return scored
 
@@ -117,32 +118,40 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
 def reports_of(
     title: str,
     video: Annotated,
-    see: Callable[[], DetectedVideo],
+    detect: Callable[[], DetectedVideo],
     configurations: Mapping[str, Params],
     components: Mapping[str, Components],
-    memory: ResultCache,
+    cache: Cache,
 ) -> dict[str, tuple[VideoReport, Mapping[str, float]]]:
     """Report and stages of each configuration on a video; configurations without a stored report are tracked now.
 
     Args:
         title: name of these detections of the video.
         video: the video.
-        see: returns the detections; called only if a configuration must be tracked.
+        detect: returns the detections; called only if a configuration must be tracked.
         configurations: name -> parameters.
         components: name -> models.
-        memory: store of reports.
+        cache: store of reports.
     """
-    keys = {
-        n: ResultCache.key(title, video.path, video.truth, p, components[n].models) for n, p in configurations.items()
-    }
-    known = {name: found for name, key in keys.items() if (found := memory.find(key)) is not None}
-    missing = {name: params for name, params in configurations.items() if name not in known}
+    data = [title, file_digest(video.path), table_digest(video.truth)]
+    inputs = {n: [*data, p.model_dump_json(), dict(components[n].models)] for n, p in configurations.items()}
+    records = {name: cache.find(of) for name, of in inputs.items()}
+    missing = {name: params for name, params in configurations.items() if records[name] is None}
+    known = {name: (_report(record["report"]), record["stages"]) for name, record in records.items() if record}
     if missing:
-        seen = see()
+        seen = detect()
         for name, run in track_together(seen, missing, components).items():
             known[name] = report_of(seen, run), run.stages
-            memory.keep(keys[name], *known[name])
+            cache.keep(inputs[name], {"report": asdict(known[name][0]), "stages": run.stages})
     return {name: known[name] for name in configurations}
+
+
+def _report(record: JsonMapping) -> VideoReport:
+    """The report of a record; JSON has no tuples."""
+    signs = tuple(SignReport(**(sign | {"ids": tuple(sign["ids"])})) for sign in record["signs"])
+    pairs = {name: tuple(map(tuple, record[name])) for name in ("errors", "matched")}
+    lists = {name: tuple(record[name]) for name in ("followed_errors", "narrow_errors", "false_tracks")}
+    return VideoReport(**{**record, **pairs, **lists, "signs": signs})
 
 
 def report_of(seen: DetectedVideo, run: Tracked) -> VideoReport:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.cache import Cache
 from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import ablation_rows, ablations, misses, stress
 from benchmarks.reporting import paper_figures as paper
@@ -17,12 +18,11 @@ from benchmarks.reporting.against_paper import shortfalls, sign_notes, tables
 from benchmarks.reporting.contact_sheet import Cell, cut_square, write_sheet
 from benchmarks.reporting.error_sheet import draw_error_sheet, largest
 from benchmarks.videos.approaches import read_approaches
-from benchmarks.videos.report_cache import ResultCache
 from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
-from benchmarks.videos.tracked_clips import PAPER_KF, redrawn, track_together
+from benchmarks.videos.tracked_clips import PAPER_KF, redrawn, reports_of, track_together
 from tests import toy_pipeline
 from tsr_engine.evaluation.track_tables import read_results, result_table
-from tsr_engine.evaluation.tracking import SignReport, VideoReport, evaluate_video, summarise
+from tsr_engine.evaluation.tracking import SignReport, VideoReport, summarise
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.params import PRESETS, Params
@@ -93,30 +93,31 @@ def test_stored_boxes_are_refined_as_in_the_detector() -> None:
 
 
 def test_a_cached_report_is_used_while_nothing_changed(drive: Path, tmp_path: Path) -> None:
-    memory, truth = ResultCache(tmp_path / "kept"), _truth(24)
-    key = ResultCache.key("drive", drive, truth, toy_pipeline.PARAMS, {"classifier": "1"})
-    assert memory.find(key) is None
-    found = track_together(_seen(drive, tmp_path), {"a": toy_pipeline.PARAMS}, {"a": toy_pipeline.components()})["a"]
-    report = evaluate_video("drive", truth, result_table(found.rows), found.frames)
-    assert report.errors
-    memory.keep(key, report, {"detect": 0.25})
-    assert memory.find(key) == (report, {"detect": 0.25})
-    others = (
-        ResultCache.key("drive", drive, truth, toy_pipeline.PARAMS.with_settings([("tau", 4.0)]), {"classifier": "1"}),
-        ResultCache.key("drive", drive, truth, toy_pipeline.PARAMS, {"classifier": "2"}),
-        ResultCache.key(
-            "drive", drive, replace(truth, boxes=truth.boxes + 1), toy_pipeline.PARAMS, {"classifier": "1"}
-        ),
-    )
-    assert len({key, *others}) == 4
-    assert all(memory.find(other) is None for other in others)
-    assert ResultCache(None).find(key) is None
+    cache, video = Cache(tmp_path / "kept"), Annotated("drive", "", drive, _truth(24))
+    detected = []
+
+    def detect() -> DetectedVideo:
+        detected.append(video)
+        return _seen(drive, tmp_path)
+
+    def report(video: Annotated, params: Params) -> tuple[VideoReport, Any]:
+        components = {"a": toy_pipeline.components(params)}
+        return reports_of("drive", video, detect, {"a": params}, components, cache)["a"]
+
+    first = report(video, toy_pipeline.PARAMS)
+    assert first[0].errors
+    assert report(video, toy_pipeline.PARAMS) == first
+    assert len(detected) == 1
+    report(video, toy_pipeline.PARAMS.with_settings([("tau", 4.0)]))
+    report(replace(video, truth=replace(video.truth, boxes=video.truth.boxes + 1)), toy_pipeline.PARAMS)
+    assert len(detected) == 3
 
 
 def test_every_departure_has_one_row() -> None:
     named = [leaf for departure in ablation_rows.DEPARTURES for leaf in departure.leaves]
     assert sorted(named) == sorted(set(named))
-    assert set(named) == ablation_rows.departing()
+    ours, theirs = Params.preset("default").model_dump(), Params.preset("paper").model_dump()
+    assert set(named) == {leaf for section, leaf in Params.names() if ours[section][leaf] != theirs[section][leaf]}
     rows = ablation_rows.configurations()
     assert set(ablation_rows.ON_CLIPS) <= set(rows)
     default = Params.preset("default")

@@ -35,7 +35,7 @@ def test_the_smallest_and_the_largest_file_of_a_size_are_chosen(clips: Path) -> 
 
 
 def test_a_clip_is_repeated_until_it_is_long_enough(clips: Path) -> None:
-    recordings.repeat_clip(clips / "fat.mp4", clips / "joined.mp4")
+    recordings.repeat_clip(clips / "fat.mp4", clips / "joined.mp4", recordings.FRAMES)
     with av.open(clips / "joined.mp4") as container:
         pictures = [(frame.pts, frame.to_ndarray(format="gray")) for frame in container.decode(video=0)]
     times = np.array([pts for pts, _ in pictures])

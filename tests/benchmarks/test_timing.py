@@ -13,7 +13,7 @@ from benchmarks.experiments import scale, yolo_time
 from benchmarks.timing.alternating import Turns, scenes_in_turn
 from benchmarks.timing.growth import exponent
 from benchmarks.timing.long_run import NOTES, STEP, DetectedFrame, detect_once, note_writer, repeated
-from benchmarks.timing.looped_video import RATE, SIZE, base_clip, looped
+from benchmarks.timing.looped_video import RATE, SIZE, base_clip, repeat_clip
 from benchmarks.timing.run_notes import read_sections
 from tests import toy_pipeline
 from tsr_engine.evidence import EvidenceReader, VideoIdentity
@@ -51,7 +51,8 @@ def test_ratios_are_computed_per_picture() -> None:
 def test_a_looped_drive_shows_the_same_pictures_again(tmp_path: Path) -> None:
     base = base_clip(tmp_path, 6, drives=2)
     assert base_clip(tmp_path, 6, drives=2) == base
-    drive = looped(base, 3, tmp_path / "drive.mp4")
+    drive = tmp_path / "drive.mp4"
+    repeat_clip(base, drive, 18)
     with open_video(drive) as video:
         assert len(video.table) == 18
         assert float(video.table.interval()) == pytest.approx(1 / RATE)
