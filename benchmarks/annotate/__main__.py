@@ -16,8 +16,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.annotate.answers import read_controls, read_seen
-from benchmarks.annotate.candidates import candidates_of, liberal_detector
+from benchmarks.annotate.answers import read_controls, read_places
+from benchmarks.annotate.candidates import candidates_of, sensitive_detector
 from benchmarks.annotate.sheets import cut, scene_rows
 from benchmarks.annotate.signs import SIGNS, compile_signs, save
 from benchmarks.reporting.contact_sheet import grid
@@ -39,7 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = parser.parse_args(argv)
     scenes = read_gtsdb(args.gtsdb)
     if args.what == "compile":
-        annotations = compile_signs(read_seen(), read_controls(), scenes)
+        annotations = compile_signs(read_places(), read_controls(), scenes)
         save(annotations)
         print(f"{SIGNS}: {len(annotations.signs)} signs, {annotations.figures}")
         return 0
@@ -57,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _cutouts(scenes: Sequence[Scene]) -> Iterator[Cell]:
-    detector = liberal_detector()
+    detector = sensitive_detector()
     number = 0
     for scene in scenes:
         picture = read_picture(scene)
@@ -70,7 +70,7 @@ def _again(scenes: Sequence[Scene]) -> Iterator[Cell]:
     """Signs of the close look and a sample of ``gt.txt``, shuffled; the number is the index in the shuffled list."""
     by_name = {scene.path.stem: scene for scene in scenes}
     chance = np.random.default_rng(SEED)
-    signs = [(place.scene, np.array(place.box)) for place in read_seen() if place.close not in ("none", "board")]
+    signs = [(place.scene, np.array(place.box)) for place in read_places() if place.close not in ("none", "board")]
     known = [(scene.path.stem, box) for scene in scenes for box in scene.boxes]
     items = signs + [known[i] for i in chance.choice(len(known), CONTROLS, replace=False)]
     for number, place in enumerate(chance.permutation(len(items))):

@@ -9,7 +9,7 @@ from typing import Final
 
 from benchmarks.experiment import ROOT
 
-SEEN: Final = ROOT / "data" / "gtsdb_signs_seen.csv"
+PLACES: Final = ROOT / "data" / "gtsdb_signs_seen.csv"
 CONTROLS: Final = ROOT / "data" / "gtsdb_signs_controls.csv"
 WORDS: Final = ("", "unsure", "none", "other", "unread", "vehicle", "board")
 """Answers other than label keys: not noted; undecided; no sign; a sign that the label set lacks; an unreadable sign; a
@@ -17,7 +17,7 @@ sign on a vehicle, a sticker or a lorry's board; a direction board, an advertise
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class AnnotatedPlace:
     """A place that may show a sign.
 
     Attributes:
@@ -64,11 +64,13 @@ class Control:
     again: str
 
 
-def read_seen() -> list[Seen]:
+def read_places() -> list[AnnotatedPlace]:
     """All places, in the order of the file."""
     return [
-        Seen(row["scene"], _box(row), *(row[name] for name in ("cutouts", "scenes", "close", "again", "settled")))
-        for row in _rows(SEEN)
+        AnnotatedPlace(
+            row["scene"], _box(row), *(row[name] for name in ("cutouts", "scenes", "close", "again", "settled"))
+        )
+        for row in _rows(PLACES)
     ]
 
 

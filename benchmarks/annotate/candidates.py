@@ -29,7 +29,7 @@ _COLOURS: Final = {
 """Ranges of hue, saturation and value (OpenCV's), least filled share of a blob's box, range of width / height."""
 
 
-def liberal_detector() -> AcfDetector:
+def sensitive_detector() -> AcfDetector:
     """The shipped detector, with a lower score threshold and smaller signs."""
     settings = [("second_core", False), ("keep_score", -7.5), ("min_width", 13)]
     detector = load_detector(Params().with_settings(settings))

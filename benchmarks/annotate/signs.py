@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from benchmarks.annotate.answers import Control, Seen
+from benchmarks.annotate.answers import AnnotatedPlace, Control
 from benchmarks.annotate.fitting import fit_box
 from benchmarks.experiment import ROOT
 from tsr_engine.io.gtsdb import Scene
@@ -32,7 +32,7 @@ ABOUT: Final = (
 )
 
 
-def compile_signs(seen: Sequence[Seen], controls: Sequence[Control], scenes: Sequence[Scene]) -> Annotations:
+def compile_signs(seen: Sequence[AnnotatedPlace], controls: Sequence[Control], scenes: Sequence[Scene]) -> Annotations:
     """Annotations with fitted boxes.
 
     Raises:
@@ -65,7 +65,7 @@ _REASONS: Final[Mapping[str, Reason]] = {
 }
 
 
-def _annotation(number: int, place: Seen, label: Label | None, box: tuple[float, ...]) -> Annotation:
+def _annotation(number: int, place: AnnotatedPlace, label: Label | None, box: tuple[float, ...]) -> Annotation:
     x1, y1, x2, y2 = box
     reason: Reason = ""
     if label is None:
@@ -86,7 +86,7 @@ def _annotation(number: int, place: Seen, label: Label | None, box: tuple[float,
     )
 
 
-def figures(seen: Sequence[Seen], controls: Sequence[Control]) -> dict[str, int | float]:
+def figures(seen: Sequence[AnnotatedPlace], controls: Sequence[Control]) -> dict[str, int | float]:
     """Agreement of the looks.
 
     Returns:

@@ -19,7 +19,7 @@ class Degradation:
     """Degree of degradation.
 
     Attributes:
-        missed: share of the frames without detections, in [0, 1), in runs of ``RUN`` frames on average.
+        missed: share of the frames without detections, in [0, 1), in runs of ``MEAN_MISSED_RUN`` frames on average.
         jitter: standard deviation of each edge of a box, share of the width or height.
     """
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.deep.plan import STRIDE
+from benchmarks.deep.architecture import STRIDE
 from tsr_engine.records import FloatArray, Picture
 
 SIDE: Final = 256
@@ -33,30 +33,30 @@ class Crop:
     Attributes:
         picture: shape (SIDE, SIDE, 3), BGR.
         boxes: signs to find, shape (n, 4), crop px.
-        unasked: ignored signs, shape (m, 4), crop px.
+        ignored: ignored signs, shape (m, 4), crop px.
         place: centre of the crop in the scene, px.
     """
 
     picture: Picture
     boxes: FloatArray
-    unasked: FloatArray
+    ignored: FloatArray
     place: tuple[float, float]
 
 
-class HardPlaces:
+class HardNegatives:
     """Places without signs to which the network gave the highest scores; they are trained on more often."""
 
     def __init__(self, most: int = 400) -> None:
         self.most = most
         self.places: list[tuple[float, int, float, float]] = []
 
-    def put(self, score: float, scene: int, x: float, y: float) -> None:
+    def add(self, score: float, scene: int, x: float, y: float) -> None:
         """Add a place; if the list is full, the place with the lowest score is dropped."""
         self.places.append((float(score), int(scene), float(x), float(y)))  # a state holds no NumPy types
         self.places.sort(reverse=True)
         del self.places[self.most :]
 
-    def take(self, rng: np.random.Generator) -> tuple[int, float, float] | None:
+    def pop(self, rng: np.random.Generator) -> tuple[int, float, float] | None:
         """Remove a random place, which the caller adds again with its new score; None: there are none."""
         if not self.places:
             return None
@@ -100,8 +100,8 @@ def cut(rng: np.random.Generator, scene: Picture, boxes: FloatArray, scale: floa
     moved = np.concatenate([moved.min(axis=1), moved.max(axis=1)], axis=1)
     inside = np.clip(moved, 0, SIDE)
     share = _areas(inside) / np.maximum(1e-9, _areas(moved))
-    asked = (share >= _VISIBLE) & ((moved[:, 2:] - moved[:, :2]).min(axis=1) >= _MIN_SIGN_PX)
-    return Crop(_relit(rng, picture), moved[asked], inside[~asked & (share > 0)], (x, y))
+    trained = (share >= _VISIBLE) & ((moved[:, 2:] - moved[:, :2]).min(axis=1) >= _MIN_SIGN_PX)
+    return Crop(_relit(rng, picture), moved[trained], inside[~trained & (share > 0)], (x, y))
 
 
 def _areas(boxes: FloatArray) -> FloatArray:
@@ -124,27 +124,27 @@ def targets(crop: Crop) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArr
     """The network's target outputs for a crop.
 
     Returns:
-        ``hills``, shape (cells, cells): 1 at the cell of a sign's centre, lower around it, -1 in ignored cells;
+        ``heatmap``, shape (cells, cells): 1 at the cell of a sign's centre, lower around it, -1 in ignored cells;
         ``edges``, shape (4, cells, cells): left, top, right and bottom edge of the cell's sign, crop px; ``weights``,
         shape (cells, cells): weights of the edges.
     """
     cells = SIDE // STRIDE
     centres: FloatArray = (np.arange(cells, dtype=np.float64) + 0.5) * STRIDE
-    hills = np.zeros((cells, cells), np.float32)
+    heatmap = np.zeros((cells, cells), np.float32)
     edges = np.zeros((4, cells, cells), np.float32)
-    for box in crop.unasked:
-        hills[np.ix_(_within(centres, box[1], box[3]), _within(centres, box[0], box[2]))] = -1
+    for box in crop.ignored:
+        heatmap[np.ix_(_within(centres, box[1], box[3]), _within(centres, box[0], box[2]))] = -1
     for box in sorted(crop.boxes, key=lambda b: -float(np.prod(b[2:] - b[:2]))):  # small ones over large ones
         (cx, cy), side = (box[:2] + box[2:]) / 2, box[2:] - box[:2]
         spread = np.maximum(_MIN_SPREAD * STRIDE, _SPREAD * side)
-        hill = np.exp(-(((centres - cy) / spread[1]) ** 2)[:, None] / 2 - (((centres - cx) / spread[0]) ** 2)[None] / 2)
+        peak = np.exp(-(((centres - cy) / spread[1]) ** 2)[:, None] / 2 - (((centres - cx) / spread[0]) ** 2)[None] / 2)
         row, column = (int(np.clip(v // STRIDE, 0, cells - 1)) for v in (cy, cx))
-        hill[row, column] = 1.0
-        higher = hill > np.maximum(hills, 0.02)
-        hills[higher] = hill[higher]
+        peak[row, column] = 1.0
+        higher = peak > np.maximum(heatmap, 0.02)
+        heatmap[higher] = peak[higher]
         edges[:, higher] = box[:, None]
-    weights = np.where(hills >= _REGRESSED, hills, 0).astype(np.float32)
-    return hills, edges, weights
+    weights = np.where(heatmap >= _REGRESSED, heatmap, 0).astype(np.float32)
+    return heatmap, edges, weights
 
 
 def _within(centres: FloatArray, low: float, high: float) -> NDArray[np.bool_]:

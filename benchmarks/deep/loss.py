@@ -5,33 +5,33 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from benchmarks.deep.plan import STRIDE
+from benchmarks.deep.architecture import STRIDE
 
 EDGE_WEIGHT = 2.0
 
 
-def loss(answer: Tensor, hills: Tensor, edges: Tensor, weights: Tensor) -> Tensor:
+def loss(answer: Tensor, heatmap: Tensor, edges: Tensor, weights: Tensor) -> Tensor:
     """Focal loss of the centres (Zhou et al., Objects as Points, 2019) and generalised IoU of the boxes.
 
     Args:
         answer: the network's output, shape (n, 5, h, w).
-        hills: shape (n, h, w); -1: ignored.
+        heatmap: shape (n, h, w); -1: ignored.
         edges: shape (n, 4, h, w), px.
         weights: shape (n, h, w).
     """
     logit = answer[:, 0]
     p = torch.sigmoid(logit).clamp(1e-5, 1 - 1e-5)
-    centre, asked = (hills == 1).float(), (hills >= 0).float()
-    found = centre * (1 - p) ** 2 * torch.log(p)
-    refused = asked * (1 - centre) * (1 - hills.clamp(min=0)) ** 4 * p**2 * torch.log(1 - p)
-    focal = -(found + refused).sum() / centre.sum().clamp(min=1)
-    here = weights > 0
-    if not bool(here.any()):
+    centre, counted = (heatmap == 1).float(), (heatmap >= 0).float()
+    positive = centre * (1 - p) ** 2 * torch.log(p)
+    negative = counted * (1 - centre) * (1 - heatmap.clamp(min=0)) ** 4 * p**2 * torch.log(1 - p)
+    focal = -(positive + negative).sum() / centre.sum().clamp(min=1)
+    weighted = weights > 0
+    if not bool(weighted.any()):
         return focal
-    boxes = corners(answer[:, 1:]).permute(0, 2, 3, 1)[here]
-    wanted = edges.permute(0, 2, 3, 1)[here]
-    share = weights[here] / weights[here].sum()
-    return focal + EDGE_WEIGHT * ((1 - _generalised_iou(boxes, wanted)) * share).sum()
+    boxes = corners(answer[:, 1:]).permute(0, 2, 3, 1)[weighted]
+    target = edges.permute(0, 2, 3, 1)[weighted]
+    share = weights[weighted] / weights[weighted].sum()
+    return focal + EDGE_WEIGHT * ((1 - _generalised_iou(boxes, target)) * share).sum()
 
 
 def corners(distances: Tensor) -> Tensor:

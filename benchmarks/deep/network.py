@@ -7,14 +7,14 @@ import math
 import torch
 from torch import Tensor, nn
 
-from benchmarks.deep.plan import CONVOLUTIONS
+from benchmarks.deep.architecture import CONVOLUTIONS
 
 RARE = 0.01
 """Probability of a sign in each cell before training."""
 
 
 class SignNetwork(nn.Module):
-    """Maps pictures (n, 3, h, w), RGB in 0..1, to outputs (n, 5, h / 8, w / 8); see `plan`."""
+    """Maps pictures (n, 3, h, w), RGB in 0..1, to outputs (n, 5, h / 8, w / 8); see `architecture`."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -16,7 +16,7 @@ import onnx
 from numpy.typing import NDArray
 from onnx import TensorProto, helper, numpy_helper
 
-from benchmarks.deep.plan import COARSEST, CONVOLUTIONS, STRIDE
+from benchmarks.deep.architecture import CONVOLUTIONS, MAX_STRIDE, STRIDE
 from tsr_engine.json_shapes import JsonMapping
 
 Array = NDArray[np.float32]
@@ -46,8 +46,8 @@ def grid(size: tuple[int, int]) -> dict[str, Array]:
     Raises:
         ValueError: the sides are no multiples of 32 px.
     """
-    if any(side % COARSEST or side < COARSEST for side in size):
-        raise ValueError(f"Expected an input whose sides are multiples of {COARSEST} px. Got {size[0]}x{size[1]}.")
+    if any(side % MAX_STRIDE or side < MAX_STRIDE for side in size):
+        raise ValueError(f"Expected an input whose sides are multiples of {MAX_STRIDE} px. Got {size[0]}x{size[1]}.")
     columns, rows = np.zeros((1, 4, 1, size[0] // STRIDE)), np.zeros((1, 4, size[1] // STRIDE, 1))
     columns[0, 0, 0] = (np.arange(size[0] // STRIDE) + 0.5) * STRIDE
     rows[0, 1, :, 0] = (np.arange(size[1] // STRIDE) + 0.5) * STRIDE

@@ -19,7 +19,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from benchmarks.deep.crops import SIDE, Crop, HardPlaces, background, cut, on_sign, targets
+from benchmarks.deep.crops import SIDE, Crop, HardNegatives, background, cut, on_sign, targets
 from benchmarks.deep.loss import loss
 from benchmarks.deep.network import SignNetwork
 from benchmarks.deep.onnx_file import write_network
@@ -44,7 +44,7 @@ class Training:
     network: nn.Module
     average: dict[str, Tensor]
     optimiser: torch.optim.Optimizer
-    hard: HardPlaces
+    hard: HardNegatives
     step: int = 0
     cpu_seconds: float = 0.0
 
@@ -54,7 +54,7 @@ class Training:
         torch.manual_seed(seed)
         network = SignNetwork().to(memory_format=torch.channels_last)
         optimiser = torch.optim.AdamW(network.parameters(), lr=RATE, weight_decay=DECAY)
-        return cls(network, {k: v.clone() for k, v in network.state_dict().items()}, optimiser, HardPlaces())
+        return cls(network, {k: v.clone() for k, v in network.state_dict().items()}, optimiser, HardNegatives())
 
     def save(self, path: Path, settings: JsonObject) -> None:
         """Write the state."""
@@ -87,7 +87,7 @@ def rate_at(step: int, steps: int) -> float:
 
 
 def draw(
-    rng: np.random.Generator, pictures: Sequence[Picture], scenes: Sequence[Scene], hard: HardPlaces
+    rng: np.random.Generator, pictures: Sequence[Picture], scenes: Sequence[Scene], hard: HardNegatives
 ) -> list[tuple[int, Crop]]:
     """Draw the crops of a batch; returns each with the number of its scene."""
     signs = [(number, box) for number, scene in enumerate(scenes) for box in scene.boxes]
@@ -97,7 +97,7 @@ def draw(
             number, box = signs[int(rng.integers(len(signs)))]
             place = on_sign(rng, box)
         else:
-            known = hard.take(rng) if slot % 2 else None
+            known = hard.pop(rng) if slot % 2 else None
             number = int(rng.integers(len(scenes))) if known is None else known[0]
             height, width = pictures[number].shape[:2]
             place = background(rng, width, height, None if known is None else known[1:])
@@ -109,11 +109,11 @@ def advance(state: Training, crops: Sequence[tuple[int, Crop]], rate: float) -> 
     """Do one training step; returns the loss."""
     pixels = np.stack([crop.picture[..., ::-1] for _, crop in crops])
     x = torch.from_numpy(pixels).permute(0, 3, 1, 2).float().div(255).contiguous(memory_format=torch.channels_last)
-    hills, edges, weights = (torch.from_numpy(np.stack(v)) for v in zip(*(targets(c) for _, c in crops), strict=True))
+    heatmap, edges, weights = (torch.from_numpy(np.stack(v)) for v in zip(*(targets(c) for _, c in crops), strict=True))
     for group in state.optimiser.param_groups:
         group["lr"] = rate
     answer = state.network(x)
-    value = loss(answer, hills, edges, weights)
+    value = loss(answer, heatmap, edges, weights)
     state.optimiser.zero_grad(set_to_none=True)
     value.backward()
     nn.utils.clip_grad_norm_(state.network.parameters(), 10.0)
@@ -123,11 +123,11 @@ def advance(state: Training, crops: Sequence[tuple[int, Crop]], rate: float) -> 
     for name, now in state.network.state_dict().items():
         before = state.average[name]
         before.copy_(before * keep + now * (1 - keep) if before.is_floating_point() else now)
-    surest = torch.where(hills == 0, answer[:, 0].detach(), -20.0).amax(dim=(1, 2))
+    surest = torch.where(heatmap == 0, answer[:, 0].detach(), -20.0).amax(dim=(1, 2))
     for slot in range(SIGNS, len(crops)):
         number, crop = crops[slot]
         if not len(crop.boxes):
-            state.hard.put(float(surest[slot]), number, *crop.place)
+            state.hard.add(float(surest[slot]), number, *crop.place)
     return float(value.detach())
 
 

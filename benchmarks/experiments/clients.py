@@ -46,7 +46,7 @@ def _run(data: Data) -> Result:
     from tests.attack.libraries import sample_library
     from tests.attack.server_process import start_server
 
-    chance = random.Random(data.seed)  # noqa: S311 - decides who edits when
+    rng = random.Random(data.seed)  # noqa: S311 - decides who edits when
     try:
         with running_cluster() as cluster, tempfile.TemporaryDirectory(prefix="tsr-clients-") as folder:
             figures, stored = {}, 0
@@ -54,13 +54,13 @@ def _run(data: Data) -> Result:
             for name, outages in (("SQLite", {}), ("PostgreSQL", {"PostgreSQL that restarts": EVERY})):
                 url = None if name == "SQLite" else new_database(cluster.url)
                 made, _ = sample_library(Path(folder) / name, url)
-                place, whole = replace(made, people=_people(made)), AnswerLog()
-                for (stage, every), (pace, thinking) in product({name: None, **outages}.items(), paces.items()):
-                    with start_server(place.home, place.environment) as server:
-                        outcome = _stage(server, place, chance, cluster, data.seconds or SECONDS, every, thinking)
+                library, whole = replace(made, people=_people(made)), AnswerLog()
+                for (stage, every), (pace, max_pause) in product({name: None, **outages}.items(), paces.items()):
+                    with start_server(library.home, library.environment) as server:
+                        outcome = _stage(server, library, rng, cluster, data.seconds or SECONDS, every, max_pause)
                     figures[f"{stage}, {pace}"], log = outcome
                     whole.acknowledged |= log.acknowledged
-                stored += check_log(place, whole)  # raises if an edit is lost or stored twice
+                stored += check_log(library, whole)  # raises if an edit is lost or stored twice
     except pytest.skip.Exception as without:
         raise Skip(str(without)) from None
     return Result(
@@ -74,29 +74,30 @@ def _run(data: Data) -> Result:
 
 def _stage(
     server: ServerProcess,
-    place: TrackedLibrary,
-    chance: random.Random,
+    library: TrackedLibrary,
+    rng: random.Random,
     cluster: Cluster,
     seconds: float,
     every: float | None,
-    thinking: float,
+    max_pause: float,
 ) -> tuple[JsonObject, AnswerLog]:
     """Let people edit for ``seconds``, while the database restarts every ``every`` seconds."""
     from tests.attack.concurrent_editors import AnswerLog, clients
     from tests.waiting import wait_until
 
-    log, who = AnswerLog(), {"Authorization": f"Bearer {place.people[0][1]}"}
-    wait_until(lambda: server.request(f"/api/runs/{place.run}/tracks", more=who)[0] == 200)  # the evidence is read once
+    log, who = AnswerLog(), {"Authorization": f"Bearer {library.people[0][1]}"}
+    # The evidence is read once.
+    wait_until(lambda: server.request(f"/api/runs/{library.run}/tracks", more=who)[0] == 200)
     began, used = time.monotonic(), processor_seconds(server.process.pid)
-    with clients(place, lambda: server, log, PEOPLE, chance, thinking):
+    with clients(library, lambda: server, log, PEOPLE, rng, max_pause):
         outages = _restarts(cluster, seconds, every)
     took, used = time.monotonic() - began, processor_seconds(server.process.pid) - used
     return _figures(log, took, used, outages), log
 
 
-def _people(place: TrackedLibrary) -> tuple[tuple[str, str], ...]:
+def _people(library: TrackedLibrary) -> tuple[tuple[str, str], ...]:
     """Names and tokens of new accounts."""
-    settings = Settings(home=place.home, database_url=place.database_url)
+    settings = Settings(home=library.home, database_url=library.database_url)
     with closing(Database(settings.database)) as database:
         service = PeopleService(database, EventBus())
         service.add("Adam", "admin")

@@ -19,7 +19,7 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.track_table import TrackTable
 
 CLIPS = ("03_c0da85", "SH4_70b651", "SH13_9f8bd8")
-LEFT = ("precision", "recall", "signs_classified")
+FINAL_FIGURES = ("precision", "recall", "signs_classified")
 """Figures of the finished work against the ground truth."""
 _LABELS = "(tsr.store.get().labels ?? tsr.store.get().classes)"
 BARS = {"right": 1.5, "box, label and end": 4.0}
@@ -54,27 +54,27 @@ def _day(clips: Mapping[str, tuple[Path, TrackTable]], seed: int, code: Path | N
             for path, truth in clips.values():
                 video = session.server.add_video(path)
                 rows = path.parent / "gt" / f"{path.stem}.csv"
-                given = _brought(session, video, rows.read_bytes(), "truth")
+                given = _import_table(session, video, rows.read_bytes(), "truth")
                 for turn in range(ROUNDS):
-                    run, found = _one(session, video, truth, turn, seed)
-                    asked = f"/compare?reference=truth:{given}&candidate=annotation:{run}"
-                    figures = session.server.call("GET", asked)["figures"]
+                    run, found = _correct_run(session, video, truth, turn, seed)
+                    path_and_query = f"/compare?reference=truth:{given}&candidate=annotation:{run}"
+                    figures = session.server.call("GET", path_and_query)["figures"]
                     done += found
-                    left.append({name: figures[name]["value"] for name in LEFT})
+                    left.append({name: figures[name]["value"] for name in FINAL_FIGURES})
     return {
         "kinds": _by_kind(done),
         "tracks": len(done),
         "actions": float(np.mean([len(work.actions) for work in done])),
-        "left": {name: min(one[name] for one in left) for name in LEFT},
+        "left": {name: min(one[name] for one in left) for name in FINAL_FIGURES},
     }
 
 
-def _one(
+def _correct_run(
     session: BrowserSession, video: JsonMapping, truth: TrackTable, turn: int, seed: int
 ) -> tuple[str, list[Work]]:
     size = int(video["width"]), int(video["height"])
     content, cases = make_faulty_run(truth, size, int(video["frames"]), turn, seed)
-    run = _brought(session, video, content, "run")
+    run = _import_table(session, video, content, "run")
     page = session.page()
     page.get_by_role("link", name=f"Review {video['name']}").click()  # the newest run, which is this one
     page.wait_for_function(f"run => {READY} && tsr.store.get().review.run.id === run", arg=run)
@@ -85,10 +85,10 @@ def _one(
     return run, found
 
 
-def _brought(session: BrowserSession, video: JsonMapping, content: bytes, kind: str) -> str:
+def _import_table(session: BrowserSession, video: JsonMapping, content: bytes, kind: str) -> str:
     """Import a table into a video as a run or as ground truth; returns the id."""
-    asked = f"/videos/{video['id']}/imports?as={kind}&name={kind}&format=tracks-csv"
-    return str(session.server.call("POST", asked, content, "application/octet-stream")["id"])
+    path_and_query = f"/videos/{video['id']}/imports?as={kind}&name={kind}&format=tracks-csv"
+    return str(session.server.call("POST", path_and_query, content, "application/octet-stream")["id"])
 
 
 def _by_kind(done: Sequence[Work]) -> JsonObject:

@@ -10,8 +10,8 @@ from pathlib import Path
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import draw_precision_recall
-from benchmarks.systems.curves import plain
-from benchmarks.systems.held_out_scenes import ACF_IS, Found, held_out
+from benchmarks.systems.curves import curve_figures
+from benchmarks.systems.held_out_scenes import ACF_IS, DetectionResults, held_out
 from benchmarks.timing.contenders import SIGNS
 from tsr_engine.detection.onnx import OnnxDetector
 from tsr_engine.evaluation.detection import DetectionScore, score_detections
@@ -44,7 +44,7 @@ def _run(data: Data) -> Result:
             f"the network was trained on {reported['training']['scenes']} scenes, this folder's split has "
             f"{len(known.train)}."
         )
-    found = {"small deep detector": _detect(reported, report), "ACF": known.found(prior=False)}
+    found = {"small deep detector": _detect(reported, report), "ACF": known.detections(prior=False)}
     return Result(
         data=f"GTSDB, split by scene as for *Detection on unseen scenes*: {len(known.train)} scenes train, the "
         f"{len(known.calibrate)} of calibration are unused, {len(report)} are reported on. Both detectors run without "
@@ -59,7 +59,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _detect(reported: JsonObject, report: Sequence[Scene]) -> Found:
+def _detect(reported: JsonObject, report: Sequence[Scene]) -> DetectionResults:
     """Detect with the engine's plug-in, as `tsr track --onnx` does."""
     size = (int(reported["input"][0]), int(reported["input"][1]))
     detector = OnnxDetector(SIGNS.read_bytes(), size, reported["layout"], params=DetectorParams(keep_score=MIN_SCORE))
@@ -70,12 +70,12 @@ def _detect(reported: JsonObject, report: Sequence[Scene]) -> Found:
     return results
 
 
-def _plain(results: Found) -> JsonObject:
+def _plain(results: DetectionResults) -> JsonObject:
     score = score_detections(results)
-    return {**plain(score), "by_width": _by_width(results, score)}
+    return {**curve_figures(score), "by_width": _by_width(results, score)}
 
 
-def _by_width(results: Found, score: DetectionScore) -> dict[str, list[int]]:
+def _by_width(results: DetectionResults, score: DetectionScore) -> dict[str, list[int]]:
     """For each range of widths, signs found at one false detection in ten pictures, and number of signs."""
     least = score.threshold_at(0.1)
     counts = {}

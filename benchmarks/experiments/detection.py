@@ -13,9 +13,9 @@ from benchmarks.cache import Cache, file_digest
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import draw_precision_recall
-from benchmarks.systems.curves import RATES, outdone, plain, recall_at
+from benchmarks.systems.curves import RATES, columns_behind, curve_figures, recall_at
 from benchmarks.systems.detection_records import systems_code
-from benchmarks.systems.held_out_scenes import ACF_IS, Found, held_out
+from benchmarks.systems.held_out_scenes import ACF_IS, DetectionResults, held_out
 from benchmarks.systems.trained_systems import SYSTEMS, trained
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.io.gtsdb import Scene
@@ -34,7 +34,9 @@ MIN_SCORE = -8.0
 def _run(data: Data) -> Result:
     known = held_out(data)
     detector, report = known.detector, known.report
-    curves = {name: score_detections(known.found(prior=prior)) for name, prior in zip(OURS, (False, True), strict=True)}
+    curves = {
+        name: score_detections(known.detections(prior=prior)) for name, prior in zip(OURS, (False, True), strict=True)
+    }
     settings: JsonObject = {
         "seed": detector.seed or 0,
         "detector": detector.sha256[:12],
@@ -52,9 +54,9 @@ def _run(data: Data) -> Result:
     except Skip as why:
         missing = str(why)
     cache = Cache(data.scratch / "side_by_side")
-    found, ms = rows_side_by_side(detectors, report, cache, inputs) if not missing else ({}, {})
+    found, ms = detect_alternating(detectors, report, cache, inputs) if not missing else ({}, {})
     curves |= {name: score_detections(results) for name, results in found.items() if name not in OURS}
-    figures: JsonObject = {name: plain(curve) for name, curve in curves.items()}
+    figures: JsonObject = {name: curve_figures(curve) for name, curve in curves.items()}
     for name, value in ms.items():
         for row in OURS if name == "ACF" else (name,):
             figures[row]["ms"] = value
@@ -67,15 +69,15 @@ def _run(data: Data) -> Result:
     )
 
 
-def rows_side_by_side(
+def detect_alternating(
     detectors: Mapping[str, OfflineDetector], scenes: Sequence[Scene], cache: Cache, inputs: Sequence[object]
-) -> tuple[dict[str, Found], dict[str, float]]:
+) -> tuple[dict[str, DetectionResults], dict[str, float]]:
     """Detections of every detector on every scene, and its median CPU time per picture on one thread, ms.
 
     Detectors alternate on each picture, so that other load of the machine affects all of them. Results for the same
     picture, models and code are reused, so that a stopped measurement can continue.
     """
-    found: dict[str, Found] = {name: [] for name in detectors}
+    found: dict[str, DetectionResults] = {name: [] for name in detectors}
     times: dict[str, list[float]] = {name: [] for name in detectors}
     warm: set[str] = set()
     with one_opencv_thread(), one_blas_thread():
@@ -127,7 +129,7 @@ def _report(result: Result) -> str:
         rows.append([name, f"{f['ap']:.4f}", *(f"{f['recall_at'][r]:.3f}" for r in RATES), _ms(f)])
     rows.append(["*bar*", "*0.98, aim 0.995*", "*0.95*", "", "", ""])
     parts = [table(rows), ACF_IS]
-    behind = outdone(curves, OURS, _columns())
+    behind = columns_behind(curves, OURS, _columns())
     if len(curves) > len(OURS):
         parts.append(
             "\nTimes: median over the same pictures, one thread; the systems take turns on each picture. Our time is "

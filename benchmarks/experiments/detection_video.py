@@ -16,7 +16,7 @@ from benchmarks.cache import Cache, file_digest
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import draw_precision_recall
-from benchmarks.systems.curves import RATES, outdone, plain, recall_at
+from benchmarks.systems.curves import RATES, columns_behind, curve_figures, recall_at
 from benchmarks.systems.detection_records import frame_from_record, frame_to_record, systems_code
 from benchmarks.systems.held_out_scenes import ACF_IS
 from benchmarks.systems.video_detections import (
@@ -70,9 +70,9 @@ def _run(data: Data) -> Result:
     judged, chosen = groups["held out"], groups["chosen on"]
     times: list[float] = []
     cache = Cache(data.scratch / "watched")
-    clips = {name: watched_clip(video, truth, times, cache) for name, (video, truth) in pairs.items()}
+    clips = {name: detected_clip(video, truth, times, cache) for name, (video, truth) in pairs.items()}
     approaches = {} if data.tuning is None else read_approaches(data.tuning, each=EACH_OF_A_ROW).videos
-    tuned_on = [clips[n] for n in chosen] + [watched_clip(*pair, [], cache) for pair in approaches.values()]
+    tuned_on = [clips[n] for n in chosen] + [detected_clip(*pair, [], cache) for pair in approaches.values()]
     figures: JsonObject = {}
     picked: dict[str, dict[str, float]] = {}
     for name, row in (("ACF", "ACF and KF"), ("ACF and prior", "ACF, prior and KF")):
@@ -99,12 +99,12 @@ def _signs(truth: TrackTable) -> int:
     return len(np.unique(truth.track[~truth.ignore & wide]))
 
 
-def watched_clip(video: Path, truth: TrackTable, times: list[float], cache: Cache) -> _Clip:
+def detected_clip(video: Path, truth: TrackTable, times: list[float], cache: Cache) -> _Clip:
     """Detections of a clip, computed now or by an earlier call; appends CPU seconds per frame to ``times``."""
     params = Params().with_settings([("second_core", False), ("keep_score", -8.0), ("final_overlap", 1.0)])
     components = load_components(params.with_settings([("use_prior", False)]))
     key = ["watched", file_digest(video), params.model_dump(mode="json"), dict(components.models), systems_code()]
-    record = cache.get(key, lambda: watch_video(video, components))
+    record = cache.get(key, lambda: detect_with_and_without_prior(video, components))
     times.extend(record["times"])
     seen = {name: [frame_from_record(frame) for frame in frames] for name, frames in record["seen"].items()}
     ground_truths = frame_ground_truths(truth, [s.ordinal for s in seen["ACF"]], MIN_WIDTH)
@@ -112,7 +112,7 @@ def watched_clip(video: Path, truth: TrackTable, times: list[float], cache: Cach
     return _Clip(video, (width, height), ground_truths, seen, with_focus(params, video)[0].tracking.coast_foe_y)
 
 
-def watch_video(video: Path, components: Components) -> JsonObject:
+def detect_with_and_without_prior(video: Path, components: Components) -> JsonObject:
     """Detect once in each frame; suppression, which depends on the prior, follows for both cases."""
     overlap = Params().detector.final_overlap
     seen: dict[str, list[object]] = {"ACF": [], "ACF and prior": []}
@@ -135,7 +135,7 @@ def _alone(clips: Sequence[_Clip], name: str) -> JsonObject:
         for clip in clips
         for seen, truth in zip(clip.seen[name], clip.ground_truths, strict=True)
     ]
-    return plain(score_detections(results))
+    return curve_figures(score_detections(results))
 
 
 def _filtered(clips: Sequence[_Clip], name: str, values: Mapping[str, float]) -> tuple[JsonObject, float]:
@@ -151,7 +151,7 @@ def _filtered(clips: Sequence[_Clip], name: str, values: Mapping[str, float]) ->
         for row, truth in zip(rows, clip.ground_truths, strict=True):
             results.append(without_ignored(row.boxes, row.scores, truth))
             live.append(without_ignored(row.boxes[row.known], row.scores[row.known], truth))
-    found = plain(score_detections(results))
+    found = curve_figures(score_detections(results))
     return found | {"ap_live": score_detections(live).average_precision}, float(np.median(times))
 
 
@@ -177,7 +177,7 @@ def _engine(clips: Sequence[_Clip], cache: Cache) -> JsonObject:
         for seen, truth in zip(clip.seen["ACF"], clip.ground_truths, strict=True):
             here = at == seen.ordinal
             results.append(without_ignored(boxes[here], scores[here], truth))
-    return plain(score_detections(results)) | {"ms": 1e3 * seconds / max(1, frames)}
+    return curve_figures(score_detections(results)) | {"ms": 1e3 * seconds / max(1, frames)}
 
 
 def _track(video: Path, params: Params, components: Components) -> JsonObject:
@@ -210,9 +210,9 @@ def _report(result: Result) -> str:
         "of all threads together, with decoding.\n"
     )
     parts.append("\n" + _against_paper(curves))
-    worse = outdone(curves, ("ACF, prior and KF", ENGINE), {"AP": (lambda row: row["ap"], 1)})
+    worse = columns_behind(curves, ("ACF, prior and KF", ENGINE), {"AP": (lambda row: row["ap"], 1)})
     for rate in RATES:
-        worse += outdone(
+        worse += columns_behind(
             curves, ("ACF, prior and KF", ENGINE), {f"recall at {rate} false a frame": (recall_at(rate), 1)}
         )
     if worse:

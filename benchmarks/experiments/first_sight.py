@@ -61,7 +61,7 @@ def first_matches(truth: TrackTable, matched: Iterable[tuple[int, int]]) -> dict
     }
 
 
-def compared(rows: Sequence[JsonMapping], seed: int) -> JsonObject:
+def compare_widths(rows: Sequence[JsonMapping], seed: int) -> JsonObject:
     """Compare the models on a group of signs.
 
     Args:
@@ -105,7 +105,7 @@ def _run(data: Data) -> Result:
         rows = [
             row for name, (video, truth) in own.items() for row in _signs(name, video, truth, params, models, cache)
         ]
-        figures[group] = compared(rows, data.seed) | {"rows": rows}
+        figures[group] = compare_widths(rows, data.seed) | {"rows": rows}
     return Result(
         data="The sample drives, the clips of *Real clips* and the simulated approaches of *Under stress*. The sample "
         "drives are rendered and begin far from their signs; most approaches begin where their sign is large enough to "

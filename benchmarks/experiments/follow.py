@@ -60,7 +60,7 @@ class _Video:
     truth: TrackTable
     vanish: bool = False
 
-    def identity(self) -> list[object]:
+    def digests(self) -> list[object]:
         return [self.group, file_digest(self.path), table_digest(self.truth), self.vanish]
 
 
@@ -99,7 +99,7 @@ def _run(data: Data) -> Result:
     times: dict[str, list[tuple[float, int]]] = {}
     with one_opencv_thread(), one_blas_thread():  # so that the CPU time of a step is meaningful
         for video in _videos(data):
-            about = [*video.identity(), own, cv2.__version__]
+            about = [*video.digests(), own, cv2.__version__]
             ours = cache.get(["ours", *about, engine], partial(_ours, video, parts))
             able = {name: make for name, make in makers.items() if video.group != CLIPS or name not in SLOW}
             theirs = cache.get(["theirs", *about, sorted(able)], partial(_theirs, video, able))

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from benchmarks.cache import Cache
 from benchmarks.experiment import Data, Experiment, Result
-from benchmarks.experiments.trackers import CHOSEN_ON, annotated, ideal, tuning_approaches
-from benchmarks.peers.multi_object_trackers import PEERS, Missing, rows_of, version
+from benchmarks.experiments.trackers import CHOSEN_ON, annotated_videos, perfect_identities, tuning_approaches
+from benchmarks.peers.multi_object_trackers import PEERS, Missing, track_with_peer, version
 from benchmarks.peers.tuning import tune
 from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import legend_below, saved_figures
@@ -40,7 +40,7 @@ GROUPS = ("held out", "chosen on", "approaches")
 
 
 def _run(data: Data) -> Result:
-    videos, without = annotated(data)
+    videos, without = annotated_videos(data)
     seen = list(detect_videos([*videos, *tuning_approaches(data)], data.scratch / "detections"))
     cache = Cache(data.scratch / "peers")
     default = Params.preset("default")
@@ -56,10 +56,10 @@ def _run(data: Data) -> Result:
                 if not tuned_on:
                     raise Missing("no video was given to choose its settings on.")
                 best = tune(peer, tuned_on, cache)
-                rows[peer.name] = [rows_of(peer, s, best.settings)[0] for s in left]
+                rows[peer.name] = [track_with_peer(peer, s, best.settings)[0] for s in left]
             except Missing as why:
                 missing[peer.name] = str(why)
-        rows[BOUND] = [ideal(s) for s in left]
+        rows[BOUND] = [perfect_identities(s) for s in left]
         for group in GROUPS:
             mine = [i for i, s in enumerate(left) if _group(s) == group]
             if mine:

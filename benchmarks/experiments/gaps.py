@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.cache import Cache
 from benchmarks.experiment import Data, Experiment, Result, Skip
-from benchmarks.experiments.trackers import annotated
+from benchmarks.experiments.trackers import annotated_videos
 from benchmarks.peers.detection_gaps import (
     LEAD_IN,
     LENGTHS,
@@ -29,7 +29,7 @@ from benchmarks.peers.multi_object_trackers import Missing
 from benchmarks.peers.opencv_trackers import GENERIC, maker
 from benchmarks.reporting.markdown import number, table
 from benchmarks.reporting.plotting import legend_below, saved_figures
-from benchmarks.videos.engine_tracker import identity
+from benchmarks.videos.engine_tracker import configuration_inputs
 from benchmarks.videos.stored_detections import DetectedVideo, detect_videos, pictures
 from benchmarks.videos.tracked_clips import CONFIGURATIONS, PAPER_KF
 from tsr_engine.json_shapes import JsonMapping, JsonObject
@@ -41,7 +41,7 @@ NOT_RESCORED = "default, no window rescoring"
 """Name of the configuration that uses the online detector's windows without rescoring."""
 UNKNOWN_CAMERA = {name: f"{name}, camera unknown" for name in ("default", "KF alone")}
 """Configurations that also run without the estimated camera."""
-WHEEL = cv2.__version__
+OPENCV = cv2.__version__
 BY_STRESS = ("default", "KF alone", PAPER_KF)
 """Configurations that are also reported by stress, to show the effect of the online detector on lost signs."""
 EVERY = {"held out": 12, "chosen on": 12, "approaches": 1000}
@@ -49,7 +49,7 @@ EVERY = {"held out": 12, "chosen on": 12, "approaches": 1000}
 
 
 def _run(data: Data) -> Result:
-    videos, without = annotated(data)
+    videos, without = annotated_videos(data)
     makers: JsonObject = {STILL: StationaryBox}
     missing: dict[str, str] = {}
     for name in GENERIC:
@@ -73,11 +73,11 @@ def _run(data: Data) -> Result:
             starts[group] = starts.get(group, 0) + len(gaps)
             inputs = [
                 "gaps",
-                seen.video.identity(),
+                seen.video.digests(),
                 EVERY[group],
-                identity(configurations),
+                configuration_inputs(configurations),
                 sorted(makers),
-                WHEEL,
+                OPENCV,
                 UNKNOWN_CAMERA,
             ]
             record = cache.get(inputs, partial(_one_video, seen, gaps, configurations, makers))
@@ -109,7 +109,7 @@ def _run(data: Data) -> Result:
             },
             "missing": missing,
         },
-        settings={"seed": data.seed, "opencv": WHEEL},
+        settings={"seed": data.seed, "opencv": OPENCV},
     )
 
 

@@ -28,7 +28,7 @@ MARGIN = 0.6
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class SceneDetections:
     """One report scene with its detections.
 
     Attributes:
@@ -42,7 +42,7 @@ class Seen:
     scores: FloatArray
 
 
-def misses(seen: Sequence[Seen], threshold: float) -> list[JsonObject]:
+def misses(seen: Sequence[SceneDetections], threshold: float) -> list[JsonObject]:
     """Signs without a detection of at least ``threshold`` at IoU 0.5, the smallest first.
 
     Returns:
@@ -91,8 +91,10 @@ def reason(miss: JsonObject, contrast: float) -> str:
 
 def _run(data: Data) -> Result:
     known = held_out(data)
-    found = known.found(prior=True)
-    seen = [Seen(scene, boxes, scores) for scene, (boxes, scores, _) in zip(known.report, found, strict=True)]
+    found = known.detections(prior=True)
+    seen = [
+        SceneDetections(scene, boxes, scores) for scene, (boxes, scores, _) in zip(known.report, found, strict=True)
+    ]
     score = score_detections(found)
     threshold = score.threshold_at(RATE)
     missed = misses(seen, threshold)
@@ -121,7 +123,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _false(seen: Sequence[Seen], threshold: float) -> list[JsonObject]:
+def _false(seen: Sequence[SceneDetections], threshold: float) -> list[JsonObject]:
     """Detections of at least the threshold that lie on no sign, the highest score first."""
     out = []
     for number, one in enumerate(seen):

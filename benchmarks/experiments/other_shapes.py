@@ -147,7 +147,7 @@ def _run(data: Data) -> Result:
     cv = component.figures
     with one_opencv_thread(), one_blas_thread():
         detector, others, reader = load_detector(params), load_other_shapes(params), load_reader()
-        price = _price(detector, others, data)
+        price = _cost(detector, others, data)
         foreign = {
             folder.name: {**_foreign(detector, others, folder), "read": read_signs(detector, reader, folder)}
             for folder in sorted(data.foreign.iterdir() if data.foreign is not None else ())
@@ -168,7 +168,7 @@ def _run(data: Data) -> Result:
     )
 
 
-def _price(detector: OfflineDetector, others: OtherShapes, data: Data) -> dict[str, float]:
+def _cost(detector: OfflineDetector, others: OtherShapes, data: Data) -> dict[str, float]:
     scenes = read_gtsdb(data.need("gtsdb"))
     chosen = scenes[:: max(1, len(scenes) // PICTURES)][:PICTURES]
     pictures: list[Picture] = [

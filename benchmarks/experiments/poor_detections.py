@@ -19,7 +19,7 @@ from benchmarks.reporting import paper_figures as paper
 from benchmarks.reporting.markdown import change_text, number, table
 from benchmarks.videos.approaches import Approaches, read_approaches
 from benchmarks.videos.engine_tracker import filter_alone
-from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedVideo, detect_videos
 from benchmarks.videos.tracked_clips import CONFIGURATIONS, PAPER_KF, reports_of
 from tsr_engine.evaluation.gate import Candidates, Trial, collection_curve
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
@@ -41,12 +41,12 @@ GROWING: Final[Mapping[str, tuple[Degradation, str]]] = {
     "runs of misses": (Degradation(), "missed"),
 }
 """Kinds of degraded detections: the start, and the value that grows until the paper's filter alone has its Eq. 7."""
-AS_IT_IS: Final = "as detected"
-KINDS: Final = (AS_IT_IS, *GROWING)
+UNCHANGED: Final = "as detected"
+KINDS: Final = (UNCHANGED, *GROWING)
 """All kinds, in the order of the report."""
-MOST: Final = {"jitter": 0.3, "missed": 0.7}
+MAX_DEGREE: Final = {"jitter": 0.3, "missed": 0.7}
 """Largest tried values."""
-KF, UNSEEN = "KF alone", "default, no window rescoring"
+KF, NO_RESCORING = "KF alone", "default, no window rescoring"
 NEAR: Final = 0.01
 """Largest difference from the paper's Eq. 7 that counts as reached."""
 ALONE: Final = {"paper": PAPER_KF, "default": KF}
@@ -60,12 +60,12 @@ def _run(data: Data) -> Result:
     files = [[name, file_digest(path)] for name, (path, _) in tuned.videos.items()]
     tau, collected = cache.get(["tau", files, SIGNS, data.seed], partial(paper_tau, tuned, data.seed))
     rows = _rows(tau)
-    videos = [Annotated(name, clips.stress[name], *video) for name, video in clips.videos.items()]
+    videos = [AnnotatedVideo(name, clips.stress[name], *video) for name, video in clips.videos.items()]
     seen = list(detect_videos(videos, data.scratch / "detections"))
-    kinds: dict[str, JsonObject] = {AS_IT_IS: asdict(Degradation())}
+    kinds: dict[str, JsonObject] = {UNCHANGED: asdict(Degradation())}
     for kind, (start, name) in GROWING.items():
-        inputs = ["worse", kind, asdict(start), [s.video.identity() for s in seen], SEEDS]
-        grown = cache.get(inputs, partial(_grown, seen, start, name))
+        inputs = ["worse", kind, asdict(start), [s.video.digests() for s in seen], SEEDS]
+        grown = cache.get(inputs, partial(_degree_with_paper_error, seen, start, name))
         kinds[kind] = asdict(replace(start, **{name: grown}))
     figures = {
         kind: {"worse": how, "rows": _figures(seen, Degradation(**how), rows, data)} for kind, how in kinds.items()
@@ -86,7 +86,7 @@ def _rows(tau: float) -> dict[str, Params]:
         "paper, tau 15": alone.with_settings([("use_online", True)]),
         f"paper, tau {tau:.3g}": alone.with_settings([("use_online", True), ("tau", tau)]),
         KF: CONFIGURATIONS[KF],
-        UNSEEN: CONFIGURATIONS["default"].with_settings([("rescore_windows", False)]),
+        NO_RESCORING: CONFIGURATIONS["default"].with_settings([("rescore_windows", False)]),
         "default": CONFIGURATIONS["default"],
     }
 
@@ -117,7 +117,7 @@ def paper_tau(clips: Approaches, seed: int) -> tuple[float, float]:
     return curve.best_tau, float(curve.correct.max())
 
 
-def _grown(seen: Sequence[DetectedVideo], start: Degradation, name: str) -> float:
+def _degree_with_paper_error(seen: Sequence[DetectedVideo], start: Degradation, name: str) -> float:
     """The value at which the paper's filter alone has the paper's Eq. 7; the largest if none reaches it."""
     params = CONFIGURATIONS[PAPER_KF]
 
@@ -130,7 +130,7 @@ def _grown(seen: Sequence[DetectedVideo], start: Degradation, name: str) -> floa
             reports.append(evaluate_video("", worse.video.truth, rows, len(worse.frames), size=size))
         return summarise(reports).mean_error or 0.0
 
-    return bisect_increasing(paper.EQ7_KF, error, MOST[name])
+    return bisect_increasing(paper.EQ7_KF, error, MAX_DEGREE[name])
 
 
 def _draws(seen: Sequence[DetectedVideo]) -> list[tuple[int, int]]:
@@ -223,7 +223,7 @@ def verdict(figures: JsonMapping) -> str:
     """
     answers: dict[str, list[str]] = {"holds": [], "larger": [], "open": []}
     where = []
-    for title, first in (("the paper's numbers", "paper"), ("`default`'s online detector alone", UNSEEN)):
+    for title, first in (("the paper's numbers", "paper"), ("`default`'s online detector alone", NO_RESCORING)):
         known = len(answers["holds"])
         for kind, rows in ((kind, figures["kinds"][kind]["rows"]) for kind in KINDS if kind in figures["kinds"]):
             for name in _order(rows):

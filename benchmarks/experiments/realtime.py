@@ -50,8 +50,8 @@ def _run(data: Data) -> Result:
     if data.looming is not None and data.looming.is_dir():
         groups["approaches"] = read_approaches(data.looming, each=EACH).videos
     for group, videos in groups.items():
-        figures["price"][group] = _price(videos, data.scratch / "realtime", 0)
-        figures["price"][f"{group}, from frame {LATER_START}"] = _price(videos, data.scratch / "realtime", LATER_START)
+        figures["price"][group] = _cost(videos, data.scratch / "realtime", 0)
+        figures["price"][f"{group}, from frame {LATER_START}"] = _cost(videos, data.scratch / "realtime", LATER_START)
     return Result(
         data=f"Time: the first {FRAMES} frames of the sample drive `{SHIPPED[0].video.stem}`, enlarged; CPU time of "
         "the whole process, median over frames. Cost in signs: "
@@ -128,7 +128,7 @@ def _whole(video: Path, params: Params, components: Components) -> Iterator[floa
     yield from np.diff(ticks).tolist()
 
 
-def _price(videos: Videos, folder: Path, start: int) -> JsonObject:
+def _cost(videos: Videos, folder: Path, start: int) -> JsonObject:
     """Figures of each preset on the signs of some videos, in runs from frame ``start`` on."""
     reports: dict[str, list[VideoReport]] = {}
     first_seen: dict[str, dict[tuple[str, int], tuple[int, float]]] = {}
@@ -208,10 +208,10 @@ def _report(result: Result) -> str:
         f"begin with their signs in view. The tables *from frame {LATER_START}* leave it out: they show how much later "
         "a sign is found that comes into view during a drive.\n"
     )
-    return text + "".join(_report_price(group, found) for group, found in result.figures["price"].items())
+    return text + "".join(_report_cost(group, found) for group, found in result.figures["price"].items())
 
 
-def _report_price(group: str, found: JsonMapping) -> str:
+def _report_cost(group: str, found: JsonMapping) -> str:
     head = ["", "signs found", "false tracks", "coverage", "ids per sign", "mean Eq. 7", "right class"]
     rows = [[*head, "first seen at, median px", "later than `default`, frames: mean, most"]]
     notes = []

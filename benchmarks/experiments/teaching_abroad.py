@@ -28,7 +28,7 @@ FOLDER: Final = "dfg_half"
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class SignView:
     """A sign that one picture shows.
 
     Attributes:
@@ -44,7 +44,9 @@ class Seen:
     view: Picture
 
 
-def read_in_turn(signs: Sequence[Seen], classifier: SignClassifier, moment: FloatArray, tracks: int) -> dict[str, int]:
+def leave_one_out(
+    signs: Sequence[SignView], classifier: SignClassifier, moment: FloatArray, tracks: int
+) -> dict[str, int]:
     """Leave out one picture after the other, teach the signs of all others, and read those of the one.
 
     Args:
@@ -93,18 +95,18 @@ def _run(data: Data) -> Result:
         raise Skip(f"no data: the folder `foreign` has no {FOLDER}.")
     classifier, memory = SignClassifier.from_component(load_component(COMPONENT)), load_component(MEMORY)
     names = CLASSES | OTHERS
-    signs: list[Seen] = []
+    signs: list[SignView] = []
     for name, places in read_boxes(folder).items():
         picture = read_picture(folder / name)
         for place in places:
             if place.kind:
                 view = cut(picture, place.box, classifier.margin)
-                signs.append(Seen(name, names[place.name], surrounded_crop(picture, place.box, 0), view))
+                signs.append(SignView(name, names[place.name], surrounded_crop(picture, place.box, 0), view))
     moment = memory.arrays["moment"].astype(np.float64)
     return Result(
         data=f"{len(signs)} upright signs of the label set `vienna` in {len({s.picture for s in signs})} Slovenian "
         "road scenes, cropped at their annotated boxes. Nothing was chosen on them.",
-        figures=read_in_turn(signs, classifier, moment, int(memory.data.get("tracks", 1))),
+        figures=leave_one_out(signs, classifier, moment, int(memory.data.get("tracks", 1))),
         settings={"classifier": load_component("classifier").sha256[:12]},
     )
 

@@ -11,14 +11,14 @@ import numpy as np
 from benchmarks.cache import Cache
 from benchmarks.experiment import Data, Experiment, Result, Skip
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.multi_object_trackers import PEERS, Missing, load, rows_of, version
+from benchmarks.peers.multi_object_trackers import PEERS, Missing, load, track_with_peer, version
 from benchmarks.peers.tuning import tune
 from benchmarks.reporting.markdown import number, table
 from benchmarks.reporting.plotting import legend_below, saved_figures
 from benchmarks.videos.approaches import EACH, EACH_OF_A_ROW, judged_approaches, read_approaches
 from benchmarks.videos.clips import clip_groups, read_clips
 from benchmarks.videos.engine_tracker import track_with_engine
-from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedVideo, detect_videos
 from benchmarks.videos.tracked_clips import CONFIGURATIONS
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video, shared_errors, summarise
 from tsr_engine.geometry.boxes import iou
@@ -47,7 +47,7 @@ BETTER = {
 """Figure -> which way is better, and its heading."""
 
 
-def annotated(data: Data) -> tuple[list[Annotated], str]:
+def annotated_videos(data: Data) -> tuple[list[AnnotatedVideo], str]:
     """The clips by group and the simulated approaches by stress; and the reason if there are no approaches.
 
     Approaches to scenes that parameters were chosen on are left out.
@@ -56,24 +56,26 @@ def annotated(data: Data) -> tuple[list[Annotated], str]:
         Skip: there are no clips.
     """
     groups = clip_groups(read_clips(data.need("clips")))
-    videos = [Annotated(name, group, *clip) for group, clips in groups.items() for name, clip in clips.items()]
+    videos = [AnnotatedVideo(name, group, *clip) for group, clips in groups.items() for name, clip in clips.items()]
     try:
         approaches = judged_approaches(data, EACH)
     except Skip as why:
         return videos, str(why)
-    return videos + [Annotated(name, approaches.stress[name], *clip) for name, clip in approaches.videos.items()], ""
+    return videos + [
+        AnnotatedVideo(name, approaches.stress[name], *clip) for name, clip in approaches.videos.items()
+    ], ""
 
 
-def tuning_approaches(data: Data) -> list[Annotated]:
+def tuning_approaches(data: Data) -> list[AnnotatedVideo]:
     """Simulated approaches on which settings are chosen, ``EACH_OF_A_ROW`` for each stress; none without a folder."""
     if data.tuning is None:
         return []
     found = read_approaches(data.tuning, each=EACH_OF_A_ROW)
-    return [Annotated(f"tuning {name}", CHOSEN_ON[1], *clip) for name, clip in found.videos.items()]
+    return [AnnotatedVideo(f"tuning {name}", CHOSEN_ON[1], *clip) for name, clip in found.videos.items()]
 
 
 def _run(data: Data) -> Result:
-    videos, without = annotated(data)
+    videos, without = annotated_videos(data)
     seen = list(detect_videos([*videos, *tuning_approaches(data)], data.scratch / "detections"))
     tuned_on = [s for s in seen if s.video.group in CHOSEN_ON]
     judged = [s for s in seen if s.video.group not in CHOSEN_ON]
@@ -89,7 +91,7 @@ def _run(data: Data) -> Result:
                 if name == "default":
                     rows[LIVE].append((found.live, found.seconds))
     chosen, missing = run_peers(tuned_on, judged, rows, cache)
-    rows[BOUND] = [(ideal(s), 0.0) for s in judged]
+    rows[BOUND] = [(perfect_identities(s), 0.0) for s in judged]
     clips = [s.video.name for s in judged if s.video.group == "held out"]
     chosen_on = [s.video.name for s in tuned_on if s.video.group == "chosen on"]
     approaches = len(judged) - len(clips)
@@ -127,7 +129,7 @@ def run_peers(
             if not tuned_on:
                 raise Missing("no video was given to choose its settings on.")
             best = tune(peer, tuned_on, cache)
-            rows[peer.name] = [rows_of(peer, video, best.settings) for video in judged]
+            rows[peer.name] = [track_with_peer(peer, video, best.settings) for video in judged]
         except Missing as why:
             missing[peer.name] = str(why)
             continue
@@ -153,7 +155,9 @@ def _figures(judged: Sequence[DetectedVideo], rows: Mapping[str, list[tuple[Trac
             mine = [i for i, s in enumerate(judged) if _belongs(s.video.group, group)]
             if mine:
                 seconds = sum(found[i][1] for i in mine)
-                figures.setdefault(group, {})[name] = _one([reports[i] for i in mine], [sequences[i] for i in mine]) | {
+                figures.setdefault(group, {})[name] = _tracking_figures(
+                    [reports[i] for i in mine], [sequences[i] for i in mine]
+                ) | {
                     "ms_a_frame": 1e3 * seconds / sum(len(judged[i].frames) for i in mine),
                     "shared": shared_errors([ours[i] for i in mine], [reports[i] for i in mine]),
                 }
@@ -164,7 +168,7 @@ def _belongs(own: str, group: str) -> bool:
     return own == group or (group == "all approaches" and own != "held out")
 
 
-def _one(reports: list[VideoReport], sequences: list[JsonObject]) -> JsonObject:
+def _tracking_figures(reports: list[VideoReport], sequences: list[JsonObject]) -> JsonObject:
     s = summarise(reports).as_dict()
     errors = ("mean_error", "mean_error_overall", "mean_error_any_width")
     kept = ("signs", "signs_detected", "false_tracks", "coverage", "ids_per_sign", *errors, "switches")
@@ -175,7 +179,7 @@ def _one(reports: list[VideoReport], sequences: list[JsonObject]) -> JsonObject:
         return figures | dict.fromkeys(("HOTA", "IDF1", "MOTA"))
 
 
-def ideal(seen: DetectedVideo) -> TrackTable:
+def perfect_identities(seen: DetectedVideo) -> TrackTable:
     """Every detection on a counted sign, with the sign's id: the upper bound of a tracker that returns detections."""
     truth, rows = seen.video.truth, []
     for frame in seen.frames:

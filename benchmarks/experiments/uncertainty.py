@@ -30,7 +30,7 @@ WAYS = ("fitted", "former")
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class JudgedTracks:
     """All tracks, one entry for each.
 
     Attributes:
@@ -50,7 +50,7 @@ class Judged:
     why: tuple[str, ...]
 
     @classmethod
-    def of(cls, runs: Sequence[JudgedRun]) -> Judged:
+    def of(cls, runs: Sequence[JudgedRun]) -> JudgedTracks:
         """The tracks for which the ground truth tells whether they are changed."""
         known = [np.array([change is not None for change in run.changes], bool) for run in runs]
         whole = list(zip(runs, known, strict=True))
@@ -70,7 +70,7 @@ def fit(terms_of: NDArray[np.float64], changed: NDArray[np.bool_]) -> LogisticRe
     return LogisticRegression(C=1.0, max_iter=1000).fit(terms_of, changed)
 
 
-def held_out(judged: Judged) -> NDArray[np.float64]:
+def held_out(judged: JudgedTracks) -> NDArray[np.float64]:
     """Probability of each track by a regression without the tracks of its clip, shape (n,)."""
     found = np.zeros(len(judged.changed))
     for clip in np.unique(judged.clip):
@@ -117,7 +117,7 @@ def _run(data: Data) -> Result:
     videos = list(film(clips, store, cameras))
     for number, (name, approach) in enumerate(approaches.items()):
         videos += film({name: approach}, store, (cameras[number // 6 % len(cameras)],))
-    judged = Judged.of(list(judged_runs(videos, store)))
+    judged = JudgedTracks.of(list(judged_runs(videos, store)))
     chances = {"fitted": held_out(judged), "former": judged.former}
     whole = fit(judged.terms, judged.changed)
     constant = float(whole.intercept_[0])
@@ -162,7 +162,7 @@ def _bins(chance: NDArray[np.float64], changed: NDArray[np.bool_]) -> list[dict[
     return found
 
 
-def _of_run(chance: NDArray[np.float64], judged: Judged, name: str) -> dict[str, float | int | None]:
+def _of_run(chance: NDArray[np.float64], judged: JudgedTracks, name: str) -> dict[str, float | int | None]:
     own = judged.run == name
     changed = judged.changed[own]
     both = changed.any() and not changed.all()

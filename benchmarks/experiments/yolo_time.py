@@ -97,7 +97,7 @@ def _report(result: Result) -> str:
     ]
     for what, (bar, aim) in BARS.items():
         ratios.append(
-            [what, *(judged(f["ratios"][what][name], bar, aim) for name in EVERY), f"{bar:.2f}", f"{aim:.2f}"]
+            [what, *(verdict(f["ratios"][what][name], bar, aim) for name in EVERY), f"{bar:.2f}", f"{aim:.2f}"]
         )
     return (
         table(rows)
@@ -142,7 +142,7 @@ def _range(values: Mapping[str, float]) -> str:
     return f"{values['median']:.2f} (quartiles {values['low']:.2f} to {values['high']:.2f})"
 
 
-def judged(ratio: float, bar: float, aim: float) -> str:
+def verdict(ratio: float, bar: float, aim: float) -> str:
     """A ratio, and whether it meets limit and aim."""
     verdict = "aim met" if ratio <= aim else "bar met, aim not" if ratio <= bar else "**bar missed**"
     return f"{ratio:.3f} ({verdict})"

@@ -103,7 +103,7 @@ def confidence(score: ArrayLike) -> FloatArray:
     return 1.0 / (1.0 + np.exp(-np.asarray(score, dtype=np.float64)))
 
 
-def rows_of(peer: Peer, seen: DetectedVideo, settings: Mapping[str, float]) -> tuple[TrackTable, float]:
+def track_with_peer(peer: Peer, seen: DetectedVideo, settings: Mapping[str, float]) -> tuple[TrackTable, float]:
     """Run a peer over a video.
 
     Returns:

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 from benchmarks.cache import Cache
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.multi_object_trackers import PACKAGE, Peer, load, rows_of, version
+from benchmarks.peers.multi_object_trackers import PACKAGE, Peer, load, track_with_peer, version
 from benchmarks.videos.stored_detections import DetectedVideo
 
 ORDER = ("HOTA", "MOTA", "IDF1")
@@ -50,7 +50,7 @@ def tune(peer: Peer, clips: Sequence[DetectedVideo], cache: Cache) -> Tuned:
         raise ValueError(f"{peer.name} cannot be tuned: expected at least one clip, got none. Name the clips' folder.")
     grid = {name: list(values) for name, values in peer.grid.items()}
     versions = version(PACKAGE), version("trackeval")
-    inputs = ["tuned", ORDER, peer.name, grid, *versions, [c.video.identity() for c in clips]]
+    inputs = ["tuned", ORDER, peer.name, grid, *versions, [c.video.digests() for c in clips]]
     return Tuned(**cache.get(inputs, lambda: asdict(_search(peer, clips))))
 
 
@@ -59,7 +59,7 @@ def _search(peer: Peer, clips: Sequence[DetectedVideo]) -> Tuned:
     combinations = list(peer.settings())
     reached: list[tuple[float, ...]] = []
     for settings in combinations:
-        found = [rows_of(peer, s, settings)[0] for s in clips]
+        found = [track_with_peer(peer, s, settings)[0] for s in clips]
         # Neighbouring settings often give the same rows.
         same = tuple(part.tobytes() for rows in found for part in (rows.frame, rows.track, rows.boxes))
         if same not in known:

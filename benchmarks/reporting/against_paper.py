@@ -27,7 +27,7 @@ def tables(columns: Mapping[str, JsonMapping]) -> str:
         ["false detections (tracks)", *(str(s.false) for s in theirs), *(str(c["false_tracks"]) for c in ours)],
         [
             "detection rate",
-            *(paper.printed(s.detected, paper.SIGNS) for s in theirs),
+            *(paper.truncated_percent(s.detected, paper.SIGNS) for s in theirs),
             *(_percent(c["signs_detected"], c["signs"]) for c in ours),
         ],
         [
@@ -43,12 +43,12 @@ def tables(columns: Mapping[str, JsonMapping]) -> str:
         ["signs classified", *(str(s.classified) for s in theirs), *(str(c["signs_classified"]) for c in ours)],
         [
             "rate with fusion, of the detected signs",
-            *(paper.printed(s.classified, s.detected) for s in theirs),
+            *(paper.truncated_percent(s.classified, s.detected) for s in theirs),
             *(_percent(c["signs_classified"], c["signs_detected"]) for c in ours),
         ],
         [
             "overall rate, of all signs",
-            *(paper.printed(s.classified, paper.SIGNS) for s in theirs),
+            *(paper.truncated_percent(s.classified, paper.SIGNS) for s in theirs),
             *(_percent(c["signs_classified"], c["signs"]) for c in ours),
         ],
         [
@@ -119,7 +119,7 @@ def _rate(what: str, part: int, whole: int, paper_part: int, paper_whole: int, d
     verdict = "reaches" if reached else "**falls short of**"
     text = (
         f"- *{what}*, {data}: {part} of {whole} ({100 * part / whole:.2f} %) {verdict} the paper's "
-        f"{paper.printed(paper_part, paper_whole)}."
+        f"{paper.truncated_percent(paper_part, paper_whole)}."
     )
     return f"{text} 95 % interval of our rate (binomial): {100 * low:.1f} to {100 * high:.1f} %."
 

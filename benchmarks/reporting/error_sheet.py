@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.reporting.contact_sheet import Cell, write_sheet
-from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos, pictures
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedVideo, detect_videos, pictures
 from benchmarks.videos.tracked_clips import Videos, track_together
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
@@ -40,7 +40,7 @@ def draw_error_sheet(sheet: Path, scratch: Path, videos: Videos, notes: Mapping[
     for name in sorted({note["clip"] for _, note in wanted}):
         video, truth = videos[name]
         here = [(kind, note) for kind, note in wanted if note["clip"] == name]
-        seen = next(detect_videos([Annotated(name, "", video, truth)], scratch / "detections", components))
+        seen = next(detect_videos([AnnotatedVideo(name, "", video, truth)], scratch / "detections", components))
         boxes = {note["label"]: _boxes(kind, note, seen, truth, components, params) for kind, note in here}
         places = {label: largest(found) for label, found in boxes.items() if found}
         for frame, picture in pictures(seen):

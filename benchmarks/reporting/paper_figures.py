@@ -50,6 +50,6 @@ EQ7_KF, EQ7_ONLINE = 0.1972, 0.1175
 WHERE_EQ7 = "section IV-D2, Fig. 11"
 
 
-def printed(part: int, whole: int) -> str:
+def truncated_percent(part: int, whole: int) -> str:
     """A rate as in both tables: in percent, truncated to two decimals."""
     return f"{floor(1e4 * part / whole) / 100:.2f} %"

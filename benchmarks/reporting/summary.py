@@ -235,7 +235,7 @@ def _held_out(f: Figures) -> str:
     return f"3 held-out dash-cam clips ({f['clips']['default']['held out']['frames']} frames); `clips`"
 
 
-def _say(text: str) -> Callable[[Figures], str]:
+def _text(text: str) -> Callable[[Figures], str]:
     return lambda _: text
 
 
@@ -244,9 +244,9 @@ ROWS: tuple[Row, ...] = (
         "detection: AP at IoU 0.5, 43 classes as one",
         ("detection",),
         _detection,
-        _say("220 signs in 150 held-out GTSDB scenes; `detection`"),
+        _text("220 signs in 150 held-out GTSDB scenes; `detection`"),
     ),
-    Row("detection: recall at 0.03 / 0.1 / 1 false detections a picture", ("detection",), _recall, _say("the same")),
+    Row("detection: recall at 0.03 / 0.1 / 1 false detections a picture", ("detection",), _recall, _text("the same")),
     Row(
         "classification of single crops",
         ("fusion",),
@@ -260,19 +260,19 @@ ROWS: tuple[Row, ...] = (
         lambda f: f"the same, {f['fusion']['frames'][-1]} frames a track",
     ),
     Row("tracking: signs found, false tracks, ids per sign", ("clips",), _clips, _held_out),
-    Row("tracking: coverage at IoU 0.5 from 20 px, mean Eq. 7", ("clips",), _coverage, _say("the same")),
-    Row("tracking: signs classified correctly", ("clips",), _read_right, _say("the same")),
+    Row("tracking: coverage at IoU 0.5 from 20 px, mean Eq. 7", ("clips",), _coverage, _text("the same")),
+    Row("tracking: signs classified correctly", ("clips",), _read_right, _text("the same")),
     Row(
         "tracking compared with tuned ByteTrack, C-BIoU, OC-SORT and SORT on the same detections: Eq. 7",
         ("trackers", "stress"),
         _peers,
-        _say("the same clips and simulated approaches; `trackers`"),
+        _text("the same clips and simulated approaches; `trackers`"),
     ),
     Row(
         "tracking at a quarter of the frame rate: coverage, mean Eq. 7, ids per sign",
         ("frame_rates",),
         _quarter,
-        _say("the same clips; `frame_rates`"),
+        _text("the same clips; `frame_rates`"),
     ),
     Row(
         "tracking with detections withheld: Eq. 7 and share at IoU 0.5 after 20 frames",
@@ -284,13 +284,13 @@ ROWS: tuple[Row, ...] = (
         "review screen, 1280x720: next frame, seek, playback",
         ("review",),
         _review,
-        _say("Chromium on the same machine; `review`"),
+        _text("Chromium on the same machine; `review`"),
     ),
     Row(
         "time of detection and of the whole engine, compared with a YOLO11n-size network",
         ("yolo_time",),
         _network,
-        _say("720x576, signs from 16 px, one thread, 15 GTSDB scenes and the sample drive; `yolo_time`"),
+        _text("720x576, signs from 16 px, one thread, 15 GTSDB scenes and the sample drive; `yolo_time`"),
     ),
     Row(
         "memory of a long run",
@@ -303,7 +303,7 @@ ROWS: tuple[Row, ...] = (
         "export of a long drive, any format",
         ("exports",),
         _exports,
-        _say("132,400 frames with 5,000 tracks; `exports`"),
+        _text("132,400 frames with 5,000 tracks; `exports`"),
     ),
-    Row("recording for Rerun", ("recordings",), _recordings, _say("300 frames at 720p; `recordings`")),
+    Row("recording for Rerun", ("recordings",), _recordings, _text("300 frames at 720p; `recordings`")),
 )

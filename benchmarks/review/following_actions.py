@@ -57,7 +57,7 @@ def extend_late_tracks(
     late = {number: _late(case) for number, case in cases.items()}
     page = _opened(session, video, late)
     rows = []
-    for number, work, taken in SimulatedAnnotator(page, dict(cases), dict(names)).bring_back():
+    for number, work, taken in SimulatedAnnotator(page, dict(cases), dict(names)).extend_tracks_back():
         kept = {k: box for k, box in cases[number].truth.items() if k >= min(late[number])}
         rows.append({"actions": work.actions, "share": _share(cases[number], {**_boxes(taken), **kept})})
     page.context.close()

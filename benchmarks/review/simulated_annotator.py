@@ -77,95 +77,95 @@ class SimulatedAnnotator:
         done: list[Work] = []
         left = {number for number in self._cases if number >= 0}
         if self._trims:  # this page opens the first track by itself
-            self._next(None)
+            self._wait_for_next(None)
         while left:
             self._work, began = Work(""), time.monotonic()
             now = self._state()
-            if self._number(now["selected"]) not in left:
+            if self._track_number(now["selected"]) not in left:
                 self._key("j")
-                now = self._next(now["selected"])
-            number = self._number(now["selected"])
+                now = self._wait_for_next(now["selected"])
+            number = self._track_number(now["selected"])
             assert number is not None, "a run that was brought in has engine tracks alone"
             left.remove(number)
-            self._treat(now["selected"], self._cases[number], last=not left)
+            self._correct(now["selected"], self._cases[number], last=not left)
             done.append(self._finished(self._cases[number].kind, began))
         for case in (case for number, case in self._cases.items() if number < 0):
             self._work, began = Work(""), time.monotonic()
-            self._draw(case)
+            self._add_missed_sign(case)
             done.append(self._finished(case.kind, began))
         return done
 
-    def bring_back(self) -> Iterator[tuple[int, Work, Proposals]]:
+    def extend_tracks_back(self) -> Iterator[tuple[int, Work, Proposals]]:
         """Follow each track back to its sign's first frame; yields its number, the work, and accepted boxes."""
         for _ in self._cases:
             self._work, began = Work(""), time.monotonic()
             before = self._state()["selected"]
             self._key("j")
-            number = self._number(self._next(before)["selected"])
+            number = self._track_number(self._wait_for_next(before)["selected"])
             assert number is not None, "a run that was brought in has engine tracks alone"
             self._key(",")
-            taken = self._take()
+            taken = self._accept_proposals()
             yield number, self._finished("late", began), taken
 
     def draw_missed(self, number: int) -> tuple[Work, Proposals]:
         """Draw a missed sign in the shown frame and follow it; returns the work and the accepted boxes."""
         self._work, began = Work(""), time.monotonic()
         frame = self._wait(lambda s: s["ready"])["frame"]
-        self._set(self._cases[number], frame)
-        taken = self._take()
+        self._draw_and_label(self._cases[number], frame)
+        taken = self._accept_proposals()
         return self._finished("missed", began), taken
 
     # ------------------------------------------------------------------------------------------------- one track
 
-    def _treat(self, key: str, case: Case, *, last: bool) -> None:
+    def _correct(self, key: str, case: Case, *, last: bool) -> None:
         if case.kind == "false":
-            self._verdict("x", key, last=last)
+            self._decide("x", key, last=last)
             return
         if "label" in case.faults and not self._accepts:
             self._key("l")
             self._label(case)
         if "box" in case.faults:
-            self._go(case.box_frame)
+            self._go_to_frame(case.box_frame)
             self._drag(case.wrong_box, case.truth[case.box_frame])
         if "end" in case.faults:
             if self._trims:
                 self._trim(key, case.last)
             elif self._accepts:
-                self._go(case.last)
+                self._go_to_frame(case.last)
                 self._key("Alt+Delete")
             else:
-                self._go(case.last + 1)
+                self._go_to_frame(case.last + 1)
                 self._key("Delete")
         if "label" in case.faults and self._accepts:
             self._key("l")
             self._label(case, accepts=True)
-            self._left("accepted", key, last=last)
+            self._wait_for_verdict("accepted", key, last=last)
         else:
-            self._verdict("a", key, last=last)
+            self._decide("a", key, last=last)
 
-    def _verdict(self, letter: str, key: str, *, last: bool) -> None:
+    def _decide(self, letter: str, key: str, *, last: bool) -> None:
         self._key(letter)
-        self._left("accepted" if letter == "a" else "rejected", key, last=last)
+        self._wait_for_verdict("accepted" if letter == "a" else "rejected", key, last=last)
 
-    def _next(self, before: str | None) -> JsonObject:
+    def _wait_for_next(self, before: str | None) -> JsonObject:
         """Wait until another track is selected and its frame is shown; returns the state."""
         return self._wait(lambda s: s["selected"] not in (None, before) and s["ready"])
 
-    def _left(self, wanted: str, key: str, *, last: bool) -> None:
+    def _wait_for_verdict(self, wanted: str, key: str, *, last: bool) -> None:
         """Wait until a track has its verdict, and the page shows the next one."""
         self._wait(lambda s: s["judged"].get(key) == wanted and (last or (s["selected"] != key and s["ready"])))
 
-    def _draw(self, case: Case) -> None:
+    def _add_missed_sign(self, case: Case) -> None:
         """Draw a missed sign in its largest frame, then follow it, or set keyframes if the page cannot follow."""
         largest = case.box_frame
-        self._go(largest)
-        key = self._set(case, largest)
+        self._go_to_frame(largest)
+        key = self._draw_and_label(case, largest)
         if self._follows:
-            self._take()
+            self._accept_proposals()
         else:
             for frame in (case.first, case.last):
                 if frame != largest:
-                    self._go(frame)
+                    self._go_to_frame(frame)
                     self._key("n")
                     self._page.keyboard.down("Shift")
                     self._drag_between(*_corners(case.truth[frame]))
@@ -173,7 +173,7 @@ class SimulatedAnnotator:
         self._key("a")
         self._wait(lambda s: s["judged"].get(key) == "accepted")
 
-    def _set(self, case: Case, frame: int) -> str:
+    def _draw_and_label(self, case: Case, frame: int) -> str:
         """Draw a sign in the shown frame and label it; returns the new track."""
         before = self._state()["selected"]
         self._key("n")
@@ -181,7 +181,7 @@ class SimulatedAnnotator:
         self._label(case)
         return str(self._wait(lambda s: s["selected"] not in (None, before))["selected"])
 
-    def _take(self) -> Proposals:
+    def _accept_proposals(self) -> Proposals:
         """Wait for all proposed boxes, and accept them."""
         self._wait(lambda s: s["following"] is True)
         proposed: Proposals = self._page.evaluate(_PROPOSED)
@@ -194,17 +194,17 @@ class SimulatedAnnotator:
         page = self._page
         if case.label < 0:
             page.get_by_role("button", name="Not in the set").click()
-            self._count("click 'Not in the set'")
+            self._record_action("click 'Not in the set'")
         else:
             page.locator("dialog[open] input:focus").wait_for()
             page.keyboard.type(self._names[case.label])
             page.keyboard.press("Control+Enter" if accepts else "Enter")
-            self._count("type the label and accept" if accepts else "type the label")
+            self._record_action("type the label and accept" if accepts else "type the label")
         self._wait(lambda s: s["dialog"] is None)
 
     # --------------------------------------------------------------------------------------------------- actions
 
-    def _go(self, frame: int) -> None:
+    def _go_to_frame(self, frame: int) -> None:
         """Go to a frame with the fewest key presses: steps of one and ten frames, or the frame's number."""
         now = self._state()["frame"]
         tens, ones = steps_of(frame - now)
@@ -219,12 +219,12 @@ class SimulatedAnnotator:
             self._page.keyboard.type(str(frame))
             self._page.keyboard.press("Enter")
             self._page.locator(".picture").first.focus()
-            self._count("type the frame")
+            self._record_action("type the frame")
         self._wait(lambda s: s["frame"] == frame and s["ready"])
 
     def _key(self, key: str) -> None:
         self._page.keyboard.press(key)
-        self._count(key)
+        self._record_action(key)
 
     def _drag(self, box: FloatArray, target: FloatArray) -> None:
         """Drag the middle of a box onto that of the target."""
@@ -246,7 +246,7 @@ class SimulatedAnnotator:
             self._page.evaluate("() => new Promise((done) => requestAnimationFrame(() => done()))")
         self._wait(lambda s: s["frame"] == last and s["ready"])
         mouse.up()
-        self._count("drag the end")
+        self._record_action("drag the end")
         self._wait(lambda s: s["ends"].get(key) == last)
 
     def _drag_between(self, start: tuple[float, float], end: tuple[float, float]) -> None:
@@ -255,9 +255,9 @@ class SimulatedAnnotator:
         mouse.down()
         mouse.move(*self._screen(*end), steps=5)
         mouse.up()
-        self._count("drag")
+        self._record_action("drag")
 
-    def _count(self, action: str) -> None:
+    def _record_action(self, action: str) -> None:
         self._work.actions.append(action)
 
     # ---------------------------------------------------------------------------------------------------- the page
@@ -267,7 +267,7 @@ class SimulatedAnnotator:
         self._work.kind, self._work.seconds = kind, time.monotonic() - began
         return self._work
 
-    def _number(self, key: str | None) -> int | None:
+    def _track_number(self, key: str | None) -> int | None:
         return int(key[1:]) if key is not None and key.startswith("m") else None
 
     def _screen(self, x: float, y: float) -> tuple[float, float]:

@@ -22,7 +22,7 @@ def recall_at(rate: str) -> Callable[[JsonMapping], float | None]:
     return lambda row: row["recall_at"][rate]
 
 
-def plain(curve: DetectionScore) -> JsonObject:
+def curve_figures(curve: DetectionScore) -> JsonObject:
     """The values of a curve that the report needs."""
     some = _corners(curve.recall)
     return {
@@ -43,7 +43,7 @@ def _corners(recall: FloatArray) -> NDArray[np.int64]:
     return np.asarray(corners[chosen], np.int64)
 
 
-def outdone(
+def columns_behind(
     curves: Mapping[str, JsonMapping],
     ours: Sequence[str],
     columns: Mapping[str, tuple[Callable[[JsonMapping], float | None], int]],

@@ -27,7 +27,7 @@ ACF_IS = (
 )
 """The report's explanation of the rows of our detector."""
 
-Found = list[tuple[FloatArray, FloatArray, FloatArray]]
+DetectionResults = list[tuple[FloatArray, FloatArray, FloatArray]]
 """Per scene: boxes (n, 4), scores (n,), best first, and the signs' boxes (m, 4)."""
 
 
@@ -49,7 +49,7 @@ class HeldOut:
     calibrate: Sequence[Scene]
     report: Sequence[Scene]
 
-    def found(self, *, prior: bool) -> Found:
+    def detections(self, *, prior: bool) -> DetectionResults:
         """Detections in the report scenes, without or with a spatial prior of the training scenes."""
         rows = self.detector.arrays["heldout_boxes"].astype(float)
         scores = self.detector.arrays["heldout_raw"].astype(float)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from benchmarks.timing.processes import processor_seconds
-from benchmarks.timing.waiting import page_of
+from benchmarks.timing.waiting import simulated_page
 from tests.attack.server_process import children, command_line
 from tests.e2e.live_server import LiveServer
 
@@ -23,7 +23,7 @@ _READY: Final = 60.0
 """Seconds until the standby worker has loaded everything, with compiled kernels."""
 
 
-def share(process: int, seconds: float) -> float:
+def core_share(process: int, seconds: float) -> float:
     """Share of one core that a process uses, %, over some seconds."""
     before = processor_seconds(process)
     time.sleep(seconds)
@@ -34,12 +34,12 @@ def measure(seconds: float) -> dict[str, float]:
     """Shares of one core, %: the server without a page, with one, and its standby worker."""
     with tempfile.TemporaryDirectory() as home, LiveServer(Path(home), sample=False) as server:
         time.sleep(5)
-        found = {"server without a page": share(server.pid, seconds)}
-        with page_of(server):
+        found = {"server without a page": core_share(server.pid, seconds)}
+        with simulated_page(server):
             time.sleep(_READY)
-            found["server with a page"] = share(server.pid, seconds)
+            found["server with a page"] = core_share(server.pid, seconds)
             (worker,) = (child for child in children(server.pid) if b"app.worker" in command_line(child))
-            found["standby worker"] = share(worker, seconds)
+            found["standby worker"] = core_share(worker, seconds)
     return found
 
 

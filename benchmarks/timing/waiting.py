@@ -33,7 +33,7 @@ _LOOK: Final = 0.05
 _GOING_ON: Final = ("queued", "running")
 
 
-class Asking:
+class TrackedVideo:
     """One tracked video of a server."""
 
     def __init__(self, server: LiveServer, video: Path) -> None:
@@ -54,11 +54,11 @@ class Asking:
             made = self._server.call("POST", f"/runs/{self._run}/whatif", changed)
             self._wait(f"/runs/{made['id']}", _LOOK)
         else:
-            made = self._order(kind)
+            made = self._request_output(kind)
             self._wait(f"/outputs/{made['id']}", _LOOK)
         return time.perf_counter() - began
 
-    def _order(self, kind: str) -> JsonObject:
+    def _request_output(self, kind: str) -> JsonObject:
         frames = {"first": 0, "stop": self._stop}
         if kind == "export":
             return dict(self._server.call("POST", "/exports", {"runs": [self._run], "format": "cvat-video"}))
@@ -73,7 +73,7 @@ class Asking:
 
 
 @contextlib.contextmanager
-def page_of(server: LiveServer) -> Iterator[None]:
+def simulated_page(server: LiveServer) -> Iterator[None]:
     """Simulate an open page: a client that reads the server's events."""
     request = urllib.request.Request(server.base + "/api/events")  # noqa: S310 - our own server
     request.add_header("Authorization", "Bearer " + (server.home / "token").read_text().strip())
@@ -93,17 +93,17 @@ def measure(video: Path, turns: int) -> JsonObject:
     kinds = ("whatif", "recording", "export", "bundle")
     found: dict[str, dict[str, list[float]]] = {kind: {"closed": [], "open": [], "again": []} for kind in kinds}
     with tempfile.TemporaryDirectory() as home, LiveServer(Path(home), (video.parent,), sample=False) as server:
-        asking = Asking(server, video)
+        tracked = TrackedVideo(server, video)
         for _ in range(turns):
             for kind in kinds:
                 time.sleep(_CLOSED)
-                found[kind]["closed"].append(asking.seconds(kind))
-        with page_of(server):
+                found[kind]["closed"].append(tracked.seconds(kind))
+        with simulated_page(server):
             time.sleep(_CLOSED)
             for turn in range(turns):
                 for kind in kinds:
                     time.sleep(_OPEN if not turn else 1.0)
-                    found[kind]["again" if turn else "open"].append(asking.seconds(kind))
+                    found[kind]["again" if turn else "open"].append(tracked.seconds(kind))
     return {kind: {name: round(median(v), 2) for name, v in times.items() if v} for kind, times in found.items()}
 
 
@@ -112,8 +112,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--turns", type=int, default=3)
     parser.add_argument("--video", type=Path, default=SHIPPED[0].video)
-    asked = parser.parse_args()
-    print(json.dumps(measure(asked.video.absolute(), asked.turns), indent=1))
+    args = parser.parse_args()
+    print(json.dumps(measure(args.video.absolute(), args.turns), indent=1))
 
 
 if __name__ == "__main__":

@@ -19,14 +19,14 @@ from benchmarks.tuning.stress import configurations
 from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.clips import CHOSEN_ON, read_clips
 from benchmarks.videos.engine_tracker import filter_alone
-from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos, every_nth_frame_of
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedVideo, detect_videos, every_nth_frame_of
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.params import Params
 
 CLIPS, APPROACHES = "clips", "approaches"
 
 
-def videos_of(clips: Path, looming: Path, judged: Path) -> list[Annotated]:
+def videos_of(clips: Path, looming: Path, judged: Path) -> list[AnnotatedVideo]:
     """The videos to use.
 
     Raises:
@@ -35,8 +35,8 @@ def videos_of(clips: Path, looming: Path, judged: Path) -> list[Annotated]:
     real = read_clips(clips)
     made = read_approaches(looming, without=read_approaches(judged).scenes)
     return [
-        *(Annotated(name, CLIPS, *real[name]) for name in CHOSEN_ON if name in real),
-        *(Annotated(name, APPROACHES, *video) for name, video in made.videos.items()),
+        *(AnnotatedVideo(name, CLIPS, *real[name]) for name in CHOSEN_ON if name in real),
+        *(AnnotatedVideo(name, APPROACHES, *video) for name, video in made.videos.items()),
     ]
 
 

@@ -21,7 +21,7 @@ from benchmarks.tuning.command_line import choice_parser, print_report
 from benchmarks.tuning.stress import configurations
 from benchmarks.videos.approaches import read_approaches
 from benchmarks.videos.clips import CHOSEN_ON, read_clips
-from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos, pictures
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedVideo, detect_videos, pictures
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 
@@ -63,7 +63,7 @@ def rows(found: Mapping[str, Sequence[Outcome]]) -> str:
     return "\n".join(lines)
 
 
-def videos_of(args: argparse.Namespace) -> tuple[list[Annotated], int]:
+def videos_of(args: argparse.Namespace) -> tuple[list[AnnotatedVideo], int]:
     """The videos to use, and the number of frames between two starts.
 
     Raises:
@@ -71,10 +71,10 @@ def videos_of(args: argparse.Namespace) -> tuple[list[Annotated], int]:
     """
     if args.clips is not None:
         clips = read_clips(args.clips)
-        return [Annotated(name, "chosen on", *clips[name]) for name in CHOSEN_ON if name in clips], EVERY_ON_CLIPS
+        return [AnnotatedVideo(name, "chosen on", *clips[name]) for name in CHOSEN_ON if name in clips], EVERY_ON_CLIPS
     found = read_approaches(args.looming, without=read_approaches(args.judged).scenes)
     taken = islice(found.videos.items(), 0, None, args.every)
-    return [Annotated(name, found.stress[name], *video) for name, video in taken], EVERY_ON_APPROACHES
+    return [AnnotatedVideo(name, found.stress[name], *video) for name, video in taken], EVERY_ON_APPROACHES
 
 
 def parse(argv: Sequence[str] | None) -> argparse.Namespace:

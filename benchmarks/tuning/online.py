@@ -16,7 +16,7 @@ from pathlib import Path
 from benchmarks.tuning.command_line import choice_parser, print_report
 from benchmarks.tuning.stress import configurations
 from benchmarks.videos.approaches import read_approaches
-from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedVideo, detect_videos
 from benchmarks.videos.tracked_clips import report_of, track_together
 from tsr_engine.evaluation.tracking import VideoReport, changed_errors, summarise
 from tsr_engine.params import Params
@@ -29,7 +29,7 @@ Reports = dict[str, dict[str, list[VideoReport]]]
 """Stress -> configuration -> one report for each video."""
 
 
-def videos_of(folders: Iterable[Path], judged: Path) -> list[Annotated]:
+def videos_of(folders: Iterable[Path], judged: Path) -> list[AnnotatedVideo]:
     """Approaches of all folders, without those that show a judged scene.
 
     Raises:
@@ -38,7 +38,7 @@ def videos_of(folders: Iterable[Path], judged: Path) -> list[Annotated]:
     scenes = read_approaches(judged).scenes
     found = [(folder.name, read_approaches(folder, without=scenes)) for folder in folders]
     return [
-        Annotated(f"{folder}/{name}", made.stress[name], *video)
+        AnnotatedVideo(f"{folder}/{name}", made.stress[name], *video)
         for folder, made in found
         for name, video in made.videos.items()
     ]

@@ -159,12 +159,12 @@ def track_with_engine(
     Returns:
         The result of each configuration by its name.
     """
-    inputs = ["followed", seen.video.identity(), identity(configurations)]
+    inputs = ["followed", seen.video.digests(), configuration_inputs(configurations)]
     records = cache.get(inputs, lambda: {n: f.as_dict() for n, f in _follow(seen, configurations).items()})
     return {name: TrackingResult.of(record) for name, record in records.items()}
 
 
-def identity(configurations: Mapping[str, tuple[Params, Components]]) -> JsonObject:
+def configuration_inputs(configurations: Mapping[str, tuple[Params, Components]]) -> JsonObject:
     """All inputs of the results of configurations, besides the code."""
     return {
         name: [params.model_dump(mode="json"), dict(components.models)]

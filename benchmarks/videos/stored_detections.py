@@ -29,7 +29,7 @@ STEPS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Annotated:
+class AnnotatedVideo:
     """A video with ground truth.
 
     Attributes:
@@ -44,7 +44,7 @@ class Annotated:
     path: Path
     truth: TrackTable
 
-    def identity(self) -> list[str]:
+    def digests(self) -> list[str]:
         """Digests of the file and of its ground truth."""
         return [file_digest(self.path), table_digest(self.truth)]
 
@@ -80,7 +80,7 @@ class DetectedVideo:
             None: no estimate.
     """
 
-    video: Annotated
+    video: AnnotatedVideo
     width: int
     height: int
     interval: float
@@ -95,7 +95,7 @@ class DetectedVideo:
 
 
 def detect_videos(
-    videos: Sequence[Annotated], store: Path, components: Components | None = None
+    videos: Sequence[AnnotatedVideo], store: Path, components: Components | None = None
 ) -> Iterator[DetectedVideo]:
     """Detect in each video once, with the shipped detector and the ``default`` preset.
 

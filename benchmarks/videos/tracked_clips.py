@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cache import Cache, file_digest, table_digest
-from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo, detect_videos, pictures
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedFrame, DetectedVideo, detect_videos, pictures
 from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.evaluation.track_tables import result_table
 from tsr_engine.evaluation.tracking import SignReport, VideoReport, evaluate_video
@@ -51,7 +51,7 @@ STAGES: Mapping[str, tuple[str, ...]] = {
 }
 """The stages of the times of Tables I and II; decoding is not included."""
 
-_TIGHT = ("inset_width", "inset_height", "inset_rise")
+_INSET = ("inset_width", "inset_height", "inset_rise")
 _TIMED = 10
 """Step between the frames in which the detector is timed."""
 
@@ -108,7 +108,7 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
     shipped = load_components(Params.preset("default"))
     scored = {name: Scored() for name in configurations}
     for title, (path, truth) in videos.items():
-        video = Annotated(title, "", path, truth)
+        video = AnnotatedVideo(title, "", path, truth)
         detect = partial(next, detect_videos([video], scratch / "detections", shipped))
         for name, found in reports_of(title, video, detect, configurations, components, cache).items():
             scored[name].add(*found)
@@ -117,7 +117,7 @@ def score(videos: Videos, configurations: Mapping[str, Params], scratch: Path) -
 
 def reports_of(
     title: str,
-    video: Annotated,
+    video: AnnotatedVideo,
     detect: Callable[[], DetectedVideo],
     configurations: Mapping[str, Params],
     components: Mapping[str, Components],
@@ -195,7 +195,7 @@ def track_together(
             shift_seconds += clock() - began
             for name, params in configurations.items():
                 began = clock()
-                evidence = cores[name].step(_given(frame, FramePixels(picture), params, seen))
+                evidence = cores[name].step(_frame_input(frame, FramePixels(picture), params, seen))
                 step_seconds = clock() - began
                 run = runs[name]
                 run.frames += 1
@@ -210,7 +210,7 @@ def track_together(
     return runs
 
 
-def redrawn(boxes: FloatArray, before: Params, now: Params, width: int, height: int) -> FloatArray:
+def with_other_inset(boxes: FloatArray, before: Params, now: Params, width: int, height: int) -> FloatArray:
     """Boxes of detections with another box inset.
 
     Args:
@@ -224,7 +224,7 @@ def redrawn(boxes: FloatArray, before: Params, now: Params, width: int, height: 
     return clip(drawn, width, height)
 
 
-def _given(frame: DetectedFrame, pixels: FramePixels, params: Params, seen: DetectedVideo) -> FrameInput:
+def _frame_input(frame: DetectedFrame, pixels: FramePixels, params: Params, seen: DetectedVideo) -> FrameInput:
     """The core's input for one frame in a run with these parameters.
 
     Raises:
@@ -234,9 +234,9 @@ def _given(frame: DetectedFrame, pixels: FramePixels, params: Params, seen: Dete
     found = frame.detections
     if params.detector != shipped.detector or params.prior != shipped.prior:
         changed = {leaf for leaf, value in params.detector if value != getattr(shipped.detector, leaf)}
-        if not changed <= set(_TIGHT) or params.prior != shipped.prior:
+        if not changed <= set(_INSET) or params.prior != shipped.prior:
             raise ValueError(f"Expected the scan of the preset `default`, got other values of {sorted(changed)}.")
-        boxes = redrawn(found.boxes, shipped, params, seen.width, seen.height)
+        boxes = with_other_inset(found.boxes, shipped, params, seen.width, seen.height)
         found = Detections(boxes, found.raw_scores, found.prior, found.scores)
     shift = frame.shift if params.tracking.use_camera_shift else (0.0, 0.0)
     return FrameInput(frame.ordinal, frame.seconds, found, shift, pixels)

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.annotate.answers import WORDS, Control, Seen, read_controls, read_seen
+from benchmarks.annotate.answers import WORDS, AnnotatedPlace, Control, read_controls, read_places
 from benchmarks.annotate.candidates import blobs
 from benchmarks.annotate.fitting import fit_box
 from benchmarks.annotate.signs import LONGER, SHORTER, SIGNS, compile_signs, figures, save
@@ -52,21 +52,21 @@ def test_no_committed_sign_is_doubled(annotations: Annotations):
 
 def test_answers_are_labels_or_known_words():
     known = {label.key for label in shipped_set("vienna")} | set(WORDS)
-    for place in read_seen():
+    for place in read_places():
         assert {place.cutouts, place.scenes, place.close, place.again, place.settled} <= known, place
 
 
 def test_every_disagreement_about_a_label_is_settled_or_ignored(annotations: Annotations):
-    for place in read_seen():
+    for place in read_places():
         if not place.alike and not place.settled:
             assert place.answer == "unread"
-    assert annotations.figures == figures(read_seen(), read_controls())
+    assert annotations.figures == figures(read_places(), read_controls())
 
 
 @pytest.mark.data
 def test_the_committed_annotations_follow_from_the_answers(gtsdb: Path, annotations: Annotations):
     scenes = read_gtsdb(gtsdb)
-    assert compile_signs(read_seen(), read_controls(), scenes) == annotations
+    assert compile_signs(read_places(), read_controls(), scenes) == annotations
     known = {scene.path.stem: scene.boxes for scene in scenes}
     for sign in annotations.signs:  # a zone sign contains a speed limit that gt.txt lists
         overlap = iou(np.array(sign.box), known[sign.scene]).max(initial=0)
@@ -172,5 +172,5 @@ def _seen(
     scenes: str = "",
     again: str = "",
     settled: str = "",
-) -> Seen:
-    return Seen("00007", box, cutouts, scenes, close, again, settled)
+) -> AnnotatedPlace:
+    return AnnotatedPlace("00007", box, cutouts, scenes, close, again, settled)

@@ -18,8 +18,8 @@ from benchmarks.reporting.against_paper import shortfalls, sign_notes, tables
 from benchmarks.reporting.contact_sheet import Cell, cut_square, write_sheet
 from benchmarks.reporting.error_sheet import draw_error_sheet, largest
 from benchmarks.videos.approaches import read_approaches
-from benchmarks.videos.stored_detections import Annotated, DetectedVideo, detect_videos
-from benchmarks.videos.tracked_clips import PAPER_KF, redrawn, reports_of, track_together
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedVideo, detect_videos
+from benchmarks.videos.tracked_clips import PAPER_KF, reports_of, track_together, with_other_inset
 from tests import toy_pipeline
 from tsr_engine.evaluation.track_tables import read_results, result_table
 from tsr_engine.evaluation.tracking import SignReport, VideoReport, summarise
@@ -49,7 +49,7 @@ def _seen(drive: Path, folder: Path) -> DetectedVideo:
     """The toy drive as detected by the toy detector, through the evidence of a run."""
     return next(
         detect_videos(
-            [Annotated("drive", "", drive, _truth(24))], folder, toy_pipeline.components(Params.preset("default"))
+            [AnnotatedVideo("drive", "", drive, _truth(24))], folder, toy_pipeline.components(Params.preset("default"))
         )
     )
 
@@ -82,25 +82,25 @@ def test_tracking_on_shared_detections_gives_the_rows_of_a_run(drive: Path, tmp_
 def test_stored_boxes_are_refined_as_in_the_detector() -> None:
     shipped, paper_way = Params.preset("default"), Params.preset("paper")
     loose = np.array([[100.0, 80, 140, 130], [10, 20, 30, 44]])
-    tight = redrawn(loose, paper_way, shipped, 720, 576)
+    tight = with_other_inset(loose, paper_way, shipped, 720, 576)
     np.testing.assert_allclose(
         to_cxcywh(tight)[:, 2], [40 * shipped.detector.inset_width, 20 * shipped.detector.inset_width]
     )
     np.testing.assert_allclose(
         to_cxcywh(tight)[:, 1], [105 - shipped.detector.inset_rise * 50, 32 - shipped.detector.inset_rise * 24]
     )
-    np.testing.assert_allclose(redrawn(tight, shipped, paper_way, 720, 576), loose)
+    np.testing.assert_allclose(with_other_inset(tight, shipped, paper_way, 720, 576), loose)
 
 
 def test_a_cached_report_is_used_while_nothing_changed(drive: Path, tmp_path: Path) -> None:
-    cache, video = Cache(tmp_path / "kept"), Annotated("drive", "", drive, _truth(24))
+    cache, video = Cache(tmp_path / "kept"), AnnotatedVideo("drive", "", drive, _truth(24))
     detected = []
 
     def detect() -> DetectedVideo:
         detected.append(video)
         return _seen(drive, tmp_path)
 
-    def report(video: Annotated, params: Params) -> tuple[VideoReport, Any]:
+    def report(video: AnnotatedVideo, params: Params) -> tuple[VideoReport, Any]:
         components = {"a": toy_pipeline.components(params)}
         return reports_of("drive", video, detect, {"a": params}, components, cache)["a"]
 
@@ -195,9 +195,9 @@ def test_tables_compare_with_the_paper_and_name_shortfalls() -> None:
 def test_the_rates_of_the_paper_follow_from_its_counts() -> None:
     rates = [
         (
-            paper.printed(s.detected, paper.SIGNS),
-            paper.printed(s.classified, s.detected),
-            paper.printed(s.classified, paper.SIGNS),
+            paper.truncated_percent(s.detected, paper.SIGNS),
+            paper.truncated_percent(s.classified, s.detected),
+            paper.truncated_percent(s.classified, paper.SIGNS),
         )
         for s in paper.SYSTEMS
     ]
@@ -235,7 +235,7 @@ def test_misses_are_signs_without_a_confident_detection(tmp_path: Path) -> None:
     boxes = np.array([[10.0, 10, 40, 40], [60, 60, 78, 78], [100, 100, 140, 140]])
     scene = Scene("00001.jpg", tmp_path / "00001.jpg", boxes, np.array([1, 2, 3]))
     detections = np.array([[10.0, 10, 40, 40], [60, 60, 78, 78], [100, 100, 118, 140]])
-    seen = misses.Seen(scene, detections, np.array([3.0, 0.5, 4.0]))
+    seen = misses.SceneDetections(scene, detections, np.array([3.0, 0.5, 4.0]))
     found = misses.misses([seen], threshold=1.0)
     assert [(m["sign"], m["class"]) for m in found] == [(1, 2), (2, 3)]
     assert found[0]["score"] == 0.5

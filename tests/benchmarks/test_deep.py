@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.deep.crops import SIDE, Crop, HardPlaces, background, cut, on_sign, targets
-from benchmarks.deep.plan import CONVOLUTIONS, STRIDE
+from benchmarks.deep.architecture import CONVOLUTIONS, STRIDE
+from benchmarks.deep.crops import SIDE, Crop, HardNegatives, background, cut, on_sign, targets
 from benchmarks.experiment import ROOT, Data, Result, Skip
 from benchmarks.experiments import deep, yolo_time
 from benchmarks.timing import contenders
@@ -43,21 +43,21 @@ def test_cut_or_small_signs_are_ignored_in_training() -> None:
     boxes = np.array([[300.0, 200, 340, 250], [345, 210, 350, 215]])
     crop = cut(np.random.default_rng(1), scene_with((300, 200, 340, 250)), boxes, 1.0, 320.0 + SIDE / 2, 225.0)
     assert len(crop.boxes) == 0
-    assert len(crop.unasked) == 2
-    hills, _, weights = targets(crop)
-    assert hills.min() == -1
-    assert hills.max() <= 0
+    assert len(crop.ignored) == 2
+    heatmap, _, weights = targets(crop)
+    assert heatmap.min() == -1
+    assert heatmap.max() <= 0
     assert weights.max() == 0
 
 
 def test_the_target_peaks_at_the_centre_and_holds_the_edges() -> None:
     box = np.array([100.0, 60, 140, 120])
     crop = Crop(np.zeros((SIDE, SIDE, 3), np.uint8), box[None], np.zeros((0, 4)), (0.0, 0.0))
-    hills, edges, weights = targets(crop)
-    row, column = np.unravel_index(hills.argmax(), hills.shape)
+    heatmap, edges, weights = targets(crop)
+    row, column = np.unravel_index(heatmap.argmax(), heatmap.shape)
     assert (row, column) == (90 // STRIDE, 120 // STRIDE)
-    assert hills[row, column] == 1
-    assert (hills == 1).sum() == 1
+    assert heatmap[row, column] == 1
+    assert (heatmap == 1).sum() == 1
     np.testing.assert_array_equal(edges[:, weights > 0], np.tile(box[:, None], (1, int((weights > 0).sum()))))
     assert (weights > 0).sum() >= 1
 
@@ -70,13 +70,13 @@ def test_background_crops_stay_near_their_place() -> None:
 
 
 def test_only_the_hardest_places_are_kept() -> None:
-    hard = HardPlaces(most=2)
+    hard = HardNegatives(most=2)
     for score in (0.1, 0.9, 0.5):
-        hard.put(score, 3, 10 * score, 0.0)
+        hard.add(score, 3, 10 * score, 0.0)
     rng = np.random.default_rng(0)
-    taken = [hard.take(rng), hard.take(rng)]
+    taken = [hard.pop(rng), hard.pop(rng)]
     assert {t[1] for t in taken if t is not None} == {9.0, 5.0}
-    assert hard.take(rng) is None
+    assert hard.pop(rng) is None
 
 
 def made_weights(seed: int = 0) -> dict[str, np.ndarray]:

@@ -42,8 +42,8 @@ def test_a_stopped_training_resumes_with_the_same_result(tmp_path: Path) -> None
     steps(through, 1)
     steps(stopped, 1)
     for k in range(3):  # read-only arrays of numpy
-        stopped.hard.put(np.float64(-30), np.int64(0), np.float64(k), np.float64(k))
-        through.hard.put(-30.0, 0, float(k), float(k))
+        stopped.hard.add(np.float64(-30), np.int64(0), np.float64(k), np.float64(k))
+        through.hard.add(-30.0, 0, float(k), float(k))
     stopped.save(tmp_path / "state.pt", {"steps": 2})
     again = train.Training.start(5)
     again.load(tmp_path / "state.pt", {"steps": 2})

@@ -14,7 +14,7 @@ from benchmarks.experiment import Result
 from benchmarks.experiments import frame_rates
 from benchmarks.tuning import confirmation
 from benchmarks.videos.engine_tracker import filter_alone
-from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo, every_nth_frame_of
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedFrame, DetectedVideo, every_nth_frame_of
 from tsr_engine.evaluation.tracking import evaluate_video, summarise
 from tsr_engine.params import Params
 from tsr_engine.records import Detections
@@ -38,7 +38,7 @@ def _seen() -> DetectedVideo:
     boxes = np.array([_box(k) for k in range(FRAMES)])
     n = FRAMES
     truth = TrackTable(np.arange(n), np.ones(n, int), boxes, np.zeros(n, int))
-    return DetectedVideo(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, frames)
+    return DetectedVideo(AnnotatedVideo("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, frames)
 
 
 @pytest.mark.parametrize("step", [1, 3, 4])
@@ -83,7 +83,7 @@ def test_confirmation_is_chosen_per_rate_without_judged_scenes(
         (tmp_path / name / "clips.json").write_text(json.dumps({"seed": 9, "clips": clips}))
     looked: list[str] = []
 
-    def look(videos: list[Annotated], scratch: Path) -> list[DetectedVideo]:
+    def look(videos: list[AnnotatedVideo], scratch: Path) -> list[DetectedVideo]:
         looked.extend(video.name for video in videos)
         return [replace(_seen(), video=replace(_seen().video, group=video.group)) for video in videos]
 

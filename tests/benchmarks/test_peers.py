@@ -15,9 +15,9 @@ from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import trackers
 from benchmarks.peers import multi_object_trackers, tuning
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.multi_object_trackers import MIN_SCORE_SETTING, PEERS, Missing, Peer, confidence, rows_of
+from benchmarks.peers.multi_object_trackers import MIN_SCORE_SETTING, PEERS, Missing, Peer, confidence, track_with_peer
 from benchmarks.videos.engine_tracker import TrackingResult
-from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedFrame, DetectedVideo
 from tsr_engine.evaluation.tracking import changed_errors, evaluate_video, shared_errors
 from tsr_engine.records import Detections
 from tsr_engine.track_table import TrackTable
@@ -52,7 +52,7 @@ def _seen(gap: range = range(0), score: float = 2.0) -> DetectedVideo:
         boxes, scores = np.array([_box(k)])[:n], np.full(n, score)
         frames.append(DetectedFrame(k, k / 30, Detections(boxes, scores, scores * 0, scores), (0.0, 0.0)))
     truth = _truth([(k, 1, _box(k), False) for k in range(FRAMES)])
-    return DetectedVideo(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(frames))
+    return DetectedVideo(AnnotatedVideo("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(frames))
 
 
 class _ToyTracker:
@@ -84,7 +84,7 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> Peer:
 
 
 def test_a_peer_gets_our_boxes_in_order_and_keeps_its_identities(toy: Peer) -> None:
-    rows, seconds = rows_of(toy, _seen(range(4, 6)), {"change": 6, "activation_score": 0.0})
+    rows, seconds = track_with_peer(toy, _seen(range(4, 6)), {"change": 6, "activation_score": 0.0})
     assert rows.frame.tolist() == [0, 1, 2, 3, 6, 7, 8, 9, 10, 11]
     assert rows.track.tolist() == [0] * 4 + [1] * 6
     assert rows.boxes[0].tolist() == list(_box(0))
@@ -95,10 +95,10 @@ def test_scores_and_thresholds_become_confidences(toy: Peer) -> None:
     assert confidence(0.0) == 0.5
     assert (np.diff(confidence(np.linspace(-3, 3, 7))) > 0).all()
     settings = {"change": 100, "activation_score": 1.0}
-    assert len(rows_of(toy, _seen(score=0.9), settings)[0].frame) == 0  # activation is a score of 1
-    assert len(rows_of(toy, _seen(score=1.1), settings)[0].frame) == FRAMES
-    assert len(rows_of(toy, _seen(score=-1.5), {MIN_SCORE_SETTING: -1.0, "change": 100})[0].frame) == 0
-    assert len(rows_of(toy, _seen(score=-1.5), {"change": 100})[0].frame) == FRAMES
+    assert len(track_with_peer(toy, _seen(score=0.9), settings)[0].frame) == 0  # activation is a score of 1
+    assert len(track_with_peer(toy, _seen(score=1.1), settings)[0].frame) == FRAMES
+    assert len(track_with_peer(toy, _seen(score=-1.5), {MIN_SCORE_SETTING: -1.0, "change": 100})[0].frame) == 0
+    assert len(track_with_peer(toy, _seen(score=-1.5), {"change": 100})[0].frame) == FRAMES
 
 
 def test_unknown_options_of_a_package_are_named(toy: Peer) -> None:
@@ -114,7 +114,7 @@ def test_the_best_of_the_grid_is_chosen(toy: Peer, monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(tuning, "trackeval_figures", whole)
     monkeypatch.setattr(tuning, "load", lambda name: None)
-    monkeypatch.setattr(Annotated, "identity", lambda self: [self.name])
+    monkeypatch.setattr(AnnotatedVideo, "digests", lambda self: [self.name])
     best = tuning.tune(toy, [_seen(), _seen(range(3, 5))], Cache(None))
     assert best.settings["change"] == 100
     assert best.hota == 0.5
@@ -183,7 +183,7 @@ def test_a_box_on_a_counted_sign_is_not_excused_by_an_ignored_one_over_it() -> N
 
 def test_the_bound_takes_each_detection_once() -> None:
     seen = _seen(range(2, 5))
-    rows = trackers.ideal(seen)
+    rows = trackers.perfect_identities(seen)
     assert rows.frame.tolist() == [0, 1, *range(5, FRAMES)]
     assert set(rows.track.tolist()) == {1}
 
@@ -202,7 +202,7 @@ def test_installed_peers_are_tuned_and_run(monkeypatch: pytest.MonkeyPatch) -> N
         pytest.importorskip(package, reason="the peers are not installed")
     peer = Peer("SORT", "SORTTracker", {"minimum_consecutive_frames": (1, 8)}, {})
     monkeypatch.setattr(trackers, "PEERS", (peer,))
-    monkeypatch.setattr(Annotated, "identity", lambda self: [self.name])
+    monkeypatch.setattr(AnnotatedVideo, "digests", lambda self: [self.name])
     rows: dict[str, Any] = {}
     chosen, missing = trackers.run_peers([_seen()], [_seen(), _seen(range(3, 4))], rows, Cache(None))
     assert missing == {}
@@ -254,13 +254,13 @@ def test_of_equal_settings_the_next_figure_decides(toy: Peer, monkeypatch: pytes
 
     monkeypatch.setattr(tuning, "trackeval_figures", figures)
     monkeypatch.setattr(tuning, "load", lambda name: None)
-    monkeypatch.setattr(Annotated, "identity", lambda self: [self.name])
+    monkeypatch.setattr(AnnotatedVideo, "digests", lambda self: [self.name])
     best = tuning.tune(toy, [_seen()], Cache(None))
     assert (best.settings["change"], best.equal) == (100, 3)
 
 
 def test_missing_videos_to_judge_or_tune_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trackers, "annotated", lambda data: ([], "nothing was given."))
+    monkeypatch.setattr(trackers, "annotated_videos", lambda data: ([], "nothing was given."))
     monkeypatch.setattr(trackers, "detect_videos", lambda videos, folder: iter(()))
     with pytest.raises(Skip, match="chosen on"):
         trackers.EXPERIMENT.run(Data(None, None, tmp_path, None, tmp_path))
@@ -307,7 +307,7 @@ def test_without_peers_the_report_makes_no_claim() -> None:
 
 def test_a_missing_folder_of_approaches_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trackers, "read_clips", lambda folder: {"a": (Path("a.mp4"), _truth([]))})
-    videos, without = trackers.annotated(Data(None, None, tmp_path, None, tmp_path))
+    videos, without = trackers.annotated_videos(Data(None, None, tmp_path, None, tmp_path))
     assert [v.group for v in videos] == ["held out"]
     assert "`looming`" in without
 
@@ -328,6 +328,6 @@ def test_trackeval_agrees_on_toys() -> None:
 @pytest.mark.parametrize("peer", PEERS, ids=[peer.name for peer in PEERS])
 def test_each_peer_follows_a_toy(peer: Peer) -> None:
     pytest.importorskip("trackers", reason="the peers are not installed")
-    rows, _ = rows_of(peer, _seen(), next(peer.settings()))
+    rows, _ = track_with_peer(peer, _seen(), next(peer.settings()))
     assert len(rows.frame) >= FRAMES - 2
     assert len(set(rows.track.tolist())) == 1

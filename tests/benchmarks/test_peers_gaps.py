@@ -29,7 +29,7 @@ from benchmarks.peers.multi_object_trackers import Missing
 from benchmarks.peers.opencv_trackers import OpenCvTracker, maker
 from benchmarks.tuning import gaps as gap_tuning
 from benchmarks.tuning import online as online_tuning
-from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedFrame, DetectedVideo
 from benchmarks.videos.tracked_clips import Tracked
 from tsr_engine.evidence import ResultRow
 from tsr_engine.params import Params
@@ -56,7 +56,7 @@ def _seen(unseen: range = range(0), frames: int = FRAMES) -> DetectedVideo:
         np.array([_box(k) for k in range(frames)]),
         np.zeros(frames, int),
     )
-    return DetectedVideo(Annotated("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(made))
+    return DetectedVideo(AnnotatedVideo("toy", "held out", Path("toy.mp4"), truth), 640, 360, 1 / 30, tuple(made))
 
 
 def test_gaps_start_on_detections_after_the_lead_in() -> None:
@@ -230,7 +230,7 @@ def test_tuning_uses_no_judged_scene(
 ) -> None:
     looked: list[str] = []
 
-    def look(videos: list[Annotated], scratch: Path) -> list[DetectedVideo]:
+    def look(videos: list[AnnotatedVideo], scratch: Path) -> list[DetectedVideo]:
         looked.extend(video.name for video in videos)
         return [_seen()]
 
@@ -268,7 +268,7 @@ def test_tuning_of_the_online_detector_uses_no_judged_scene(
 ) -> None:
     looked: list[str] = []
 
-    def look(videos: list[Annotated], scratch: Path) -> list[DetectedVideo]:
+    def look(videos: list[AnnotatedVideo], scratch: Path) -> list[DetectedVideo]:
         looked.extend(video.name for video in videos)
         return [replace(_seen(), video=replace(_seen().video, group=video.group)) for video in videos]
 

@@ -12,9 +12,9 @@ from benchmarks.corruptions.detections import MEAN_MISSED_RUN, Degradation, bise
 from benchmarks.experiment import Skip
 from benchmarks.experiments import poor_detections
 from benchmarks.experiments.gate import TAU
-from benchmarks.experiments.poor_detections import KF, UNSEEN, merged, paper_tau, verdict
+from benchmarks.experiments.poor_detections import KF, NO_RESCORING, merged, paper_tau, verdict
 from benchmarks.videos.approaches import Approaches
-from benchmarks.videos.stored_detections import Annotated, DetectedFrame, DetectedVideo
+from benchmarks.videos.stored_detections import AnnotatedVideo, DetectedFrame, DetectedVideo
 from benchmarks.videos.tracked_clips import PAPER_KF
 from tests import toy_pipeline
 from tsr_engine.evaluation.tracking import VideoReport
@@ -29,7 +29,7 @@ def _seen() -> DetectedVideo:
     boxes = np.array([[100.0, 80, 140, 100], [300, 80, 320, 120]])
     frames = tuple(DetectedFrame(k, k / 25, Detections(boxes, one, one, one), (0.0, 0.0)) for k in range(FRAMES))
     truth = TrackTable(np.array([0]), np.array([1]), boxes[:1], np.array([0]))
-    return DetectedVideo(Annotated("toy", "", Path("toy.mp4"), truth), 640, 360, 1 / 25, frames)
+    return DetectedVideo(AnnotatedVideo("toy", "", Path("toy.mp4"), truth), 640, 360, 1 / 25, frames)
 
 
 def test_misses_come_in_runs_of_the_wanted_length_and_number() -> None:
@@ -94,10 +94,10 @@ def test_the_claim_holds_only_where_an_interval_says_so() -> None:
 
     rows = {
         PAPER_KF: {}, "paper, tau 15": change(0.01, 0.02), "paper, tau 80": change(-0.02, -0.01),
-        KF: {}, UNSEEN: change(-0.01, 0.01), "default": change(-0.02, -0.01),
+        KF: {}, NO_RESCORING: change(-0.01, 0.01), "default": change(-0.02, -0.01),
     }  # fmt: skip
     said = verdict({"kinds": {"boxes off": {"rows": rows}}})
     assert "holds with the paper's numbers on *boxes off* (paper, tau 80) and with `default`" in said
     assert "alone nowhere." in said
     assert "larger with the online detector: *boxes off* (paper, tau 15)." in said
-    assert f"contains 0: *boxes off* ({UNSEEN})." in said
+    assert f"contains 0: *boxes off* ({NO_RESCORING})." in said

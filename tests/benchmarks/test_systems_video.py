@@ -12,7 +12,7 @@ import pytest
 from benchmarks.cache import Cache
 from benchmarks.experiment import Data, Result, Skip, machine
 from benchmarks.experiments import detection, detection_video, systems
-from benchmarks.systems.curves import RATES, outdone, plain
+from benchmarks.systems.curves import RATES, columns_behind, curve_figures
 from benchmarks.systems.detection_records import frame_from_record, frame_to_record
 from benchmarks.systems.video_detections import (
     FrameGroundTruth,
@@ -70,7 +70,7 @@ def test_no_frames_give_no_rows() -> None:
 
 
 def test_an_empty_curve_can_be_reported() -> None:
-    empty = plain(score_detections([(np.zeros((0, 4)), np.zeros(0), SIGN[None])]))
+    empty = curve_figures(score_detections([(np.zeros((0, 4)), np.zeros(0), SIGN[None])]))
     assert empty["ap"] == 0
     assert empty["recall"] == []
 
@@ -79,7 +79,7 @@ def test_a_reduced_curve_keeps_every_find() -> None:
     signs = np.array([[40.0 * k, 0, 40.0 * k + 20, 20] for k in range(5)])
     false = np.array([[0.0, 500.0, 20.0, 520.0]])
     boxes = np.concatenate([signs[:2], false, signs[2:4], np.repeat(false, 5000, axis=0), signs[4:]])
-    reported = plain(score_detections([(boxes, np.linspace(9, 1, len(boxes)), signs)]))
+    reported = curve_figures(score_detections([(boxes, np.linspace(9, 1, len(boxes)), signs)]))
     assert len(reported["recall"]) < 20
     drawn = list(zip(reported["recall"], reported["precision"], strict=True))
     assert (0.4, 1.0) in drawn  # before the first false one
@@ -95,8 +95,8 @@ def _curve(ap: float, recall: float, ms: float) -> dict[str, object]:
 def test_who_is_ahead_is_named() -> None:
     columns = {"AP": (lambda row: row["ap"], 1), "time": (lambda row: row.get("ms"), -1)}
     curves = {"a": _curve(0.9, 0.9, 50), "b": _curve(0.8, 0.9, 20), "c": {"ap": 0.95}}
-    assert outdone(curves, ("a",), columns) == ["AP: behind c", "time: behind b"]
-    assert outdone(curves, ("a", "b", "c"), columns) == []
+    assert columns_behind(curves, ("a",), columns) == ["AP: behind c", "time: behind b"]
+    assert columns_behind(curves, ("a", "b", "c"), columns) == []
 
 
 def test_the_report_names_where_a_peer_is_better(tmp_path: Path) -> None:
@@ -155,11 +155,11 @@ def test_finished_scenes_are_not_searched_again(tmp_path: Path) -> None:
     kept = Cache(tmp_path / "kept")
     stopped = {"a": _CountingDetector(), "b": _CountingDetector(stop_at=2)}  # b is stopped in the second scene
     with pytest.raises(KeyboardInterrupt):
-        detection.rows_side_by_side(stopped, scenes, kept, ["models"])
+        detection.detect_alternating(stopped, scenes, kept, ["models"])
     goes_on = {"a": _CountingDetector(), "b": _CountingDetector()}
-    found, ms = detection.rows_side_by_side(goes_on, scenes, kept, ["models"])
+    found, ms = detection.detect_alternating(goes_on, scenes, kept, ["models"])
     assert goes_on["a"].pictures == 3  # two scenes, and the first once more as warm-up
-    whole, _ = detection.rows_side_by_side(
+    whole, _ = detection.detect_alternating(
         {"a": _CountingDetector(), "b": _CountingDetector()}, scenes, Cache(None), ["models"]
     )
     assert set(ms) == {"a", "b"}
@@ -167,7 +167,7 @@ def test_finished_scenes_are_not_searched_again(tmp_path: Path) -> None:
         for mine, theirs in zip(one, other, strict=True):
             np.testing.assert_array_equal(mine, theirs)
     others = {"a": _CountingDetector(), "b": _CountingDetector()}
-    detection.rows_side_by_side(others, scenes, kept, ["other models"])
+    detection.detect_alternating(others, scenes, kept, ["other models"])
     assert others["a"].pictures == 4
 
 
@@ -181,12 +181,12 @@ def test_a_clip_is_processed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         frames = [frame_to_record(_seen(k, (SIGN, 1.0))) for k in range(3)]
         return {"seen": {"ACF": frames, "ACF and prior": frames}, "times": [0.1, 0.2, 0.3], "size": [640, 480]}
 
-    monkeypatch.setattr(detection_video, "watch_video", watch)
+    monkeypatch.setattr(detection_video, "detect_with_and_without_prior", watch)
     monkeypatch.setattr(detection_video, "load_components", lambda _: SimpleNamespace(models={"detector": "a digest"}))
     truth = TrackTable.empty()
     for _ in range(2):
         times: list[float] = []
-        clip = detection_video.watched_clip(video, truth, times, Cache(tmp_path / "kept"))
+        clip = detection_video.detected_clip(video, truth, times, Cache(tmp_path / "kept"))
         assert times == [0.1, 0.2, 0.3]
         assert [seen.ordinal for seen in clip.seen["ACF and prior"]] == [0, 1, 2]
     assert watched == [video]

@@ -11,7 +11,7 @@ import pytest
 from benchmarks.experiment import Data, Result, Skip
 from benchmarks.experiments import teaching_abroad
 from benchmarks.experiments.other_shapes import CLASSES, OTHERS
-from benchmarks.experiments.teaching_abroad import EXPERIMENT, Seen, read_in_turn
+from benchmarks.experiments.teaching_abroad import EXPERIMENT, SignView, leave_one_out
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.pipeline import load_reader
 from tsr_engine.recognition.classifier import SignClassifier
@@ -35,10 +35,10 @@ def test_each_picture_is_read_by_a_model_taught_on_the_others(monkeypatch: pytes
     monkeypatch.setattr(teaching_abroad, "refine_classifier", refine)
     view = np.full((48, 48, 3), 90, np.uint8)
     shown = [("a", "parking"), ("a", "stop"), ("b", "parking"), ("c", "one-way"), ("c", "give-way")]
-    signs = [Seen(picture, key, LoadedCrop(view, np.array([4.0, 4, 44, 44]), 0), view) for picture, key in shown]
+    signs = [SignView(picture, key, LoadedCrop(view, np.array([4.0, 4, 44, 44]), 0), view) for picture, key in shown]
     classifier = load_reader(reader="classifier")
     assert isinstance(classifier, SignClassifier)
-    found = read_in_turn(signs, classifier, np.eye(385), 9)
+    found = leave_one_out(signs, classifier, np.eye(385), 9)
     assert taught == [
         ["parking", "one-way", "give-way"],
         ["parking", "stop", "one-way", "give-way"],

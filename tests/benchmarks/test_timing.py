@@ -173,6 +173,6 @@ def test_the_text_about_scale_states_the_reached_length(sections: list[dict[str,
 
 
 def test_targets_are_judged() -> None:
-    assert yolo_time.judged(0.2, 0.5, 0.25).endswith("(aim met)")
-    assert "bar met, aim not" in yolo_time.judged(0.4, 0.5, 0.25)
-    assert "**bar missed**" in yolo_time.judged(0.51, 0.5, 0.25)
+    assert yolo_time.verdict(0.2, 0.5, 0.25).endswith("(aim met)")
+    assert "bar met, aim not" in yolo_time.verdict(0.4, 0.5, 0.25)
+    assert "**bar missed**" in yolo_time.verdict(0.51, 0.5, 0.25)

@@ -7,7 +7,7 @@ from typing import Final
 
 STRIDE: Final = 8
 """Side of an output cell, px of the picture."""
-COARSEST: Final = 32
+MAX_STRIDE: Final = 32
 """The sides of the input are multiples of this, px."""
 
 
