@@ -134,30 +134,24 @@ class Experiment:
 
 def machine() -> JsonObject:
     """Processor, cores that the process may use, versions, commit, and how busy the machine was."""
-    model = next(
-        (line.split(":", 1)[1].strip() for line in _lines(Path("/proc/cpuinfo")) if line.startswith("model name")), ""
-    )
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text(encoding="utf-8").splitlines() if cpuinfo.is_file() else []
+    model = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "")
     packages = ("numpy", "numba", "opencv-python-headless", "scikit-learn", "av", "tsr")
     return {
         "processor": model or platform.processor(),
         "cores": len(os.sched_getaffinity(0)),
         "load": round(os.getloadavg()[0], 1),
         "python": platform.python_version(),
-        "packages": {name: _version(name) for name in packages},
+        "packages": {name: version(name) for name in packages},
         "commit": _commit(),
     }
 
 
-def _lines(path: Path) -> list[str]:
+def version(package: str) -> str:
+    """The installed version of a package; empty if it is not installed."""
     try:
-        return path.read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return []
-
-
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
+        return metadata.version(package)
     except metadata.PackageNotFoundError:
         return ""
 

@@ -60,13 +60,6 @@ def _edge(smooth: np.ndarray, places: FloatArray, along: FloatArray, axis: int) 
     sampled = []
     for offset in (-1.0, 1.0):
         at_x, at_y = (across + offset - 0.5, line - 0.5) if axis == 0 else (line - 0.5, across + offset - 0.5)
-        sampled.append(
-            cv2.remap(
-                smooth,
-                at_x.astype(np.float32),
-                at_y.astype(np.float32),
-                cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_REPLICATE,
-            )
-        )
+        maps = at_x.astype(np.float32), at_y.astype(np.float32)
+        sampled.append(cv2.remap(smooth, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
     return np.asarray(np.abs((sampled[1] - sampled[0]).mean(axis=0)).sum(axis=-1) + 1e-6, np.float64)

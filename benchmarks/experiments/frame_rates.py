@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from benchmarks.cache import Cache
-from benchmarks.experiment import Data, Experiment, Result
+from benchmarks.experiment import Data, Experiment, Result, version
 from benchmarks.experiments.trackers import CHOSEN_ON, annotated_videos, perfect_identities, tuning_approaches
-from benchmarks.peers.multi_object_trackers import PEERS, Missing, track_with_peer, version
+from benchmarks.peers.multi_object_trackers import PEERS, Missing, track_with_peer
 from benchmarks.peers.tuning import tune
 from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import legend_below, saved_figures

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -27,15 +27,8 @@ MARGIN = 0.6
 """Border around a sign in the sheet, as a share of its size on each side."""
 
 
-@dataclass(frozen=True, slots=True)
-class SceneDetections:
-    """One report scene with its detections.
-
-    Attributes:
-        scene: the picture and its signs.
-        boxes: shape (n, 4), after suppression.
-        scores: shape (n,), with the prior.
-    """
+class SceneDetections(NamedTuple):
+    """A report scene with its detections: boxes (n, 4) after suppression, and scores (n,) with the prior."""
 
     scene: Scene
     boxes: FloatArray

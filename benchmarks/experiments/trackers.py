@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cache import Cache
-from benchmarks.experiment import Data, Experiment, Result, Skip
+from benchmarks.experiment import Data, Experiment, Result, Skip, version
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.multi_object_trackers import PEERS, Missing, load, track_with_peer, version
+from benchmarks.peers.multi_object_trackers import PEERS, Missing, load, track_with_peer
 from benchmarks.peers.tuning import tune
 from benchmarks.reporting.markdown import number, table
 from benchmarks.reporting.plotting import legend_below, saved_figures

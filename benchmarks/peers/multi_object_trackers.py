@@ -11,13 +11,13 @@ import time
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from importlib import metadata
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from benchmarks.experiment import version
 from benchmarks.videos.stored_detections import DetectedVideo
 from tsr_engine.records import Detections, FloatArray
 from tsr_engine.track_table import TrackTable
@@ -88,14 +88,6 @@ def load(package: str) -> ModuleType:
         raise Missing(
             f"the package {package} cannot be imported ({error}); `pip install -e '.[bench]'` brings it."
         ) from None
-
-
-def version(package: str) -> str:
-    """The installed version; empty if not installed."""
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return ""
 
 
 def confidence(score: ArrayLike) -> FloatArray:

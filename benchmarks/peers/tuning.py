@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 from benchmarks.cache import Cache
+from benchmarks.experiment import version
 from benchmarks.peers.figures import sequence, trackeval_figures
-from benchmarks.peers.multi_object_trackers import PACKAGE, Peer, load, track_with_peer, version
+from benchmarks.peers.multi_object_trackers import PACKAGE, Peer, load, track_with_peer
 from benchmarks.videos.stored_detections import DetectedVideo
 
 ORDER = ("HOTA", "MOTA", "IDF1")

@@ -12,6 +12,8 @@ from tsr_engine.track_table import TrackTable
 
 KINDS = ("right", "label", "box", "end", "box, label and end", "missed")
 """Faults of labelled signs in the rounds; signs without a label have no faults."""
+CSV_HEAD = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"
+"""First line of a table of the format ``tracks-csv``."""
 ROUNDS = 3
 """Number of runs of a clip; with two signs, each kind occurs once."""
 _FALSE_FRAMES = 14
@@ -74,7 +76,7 @@ def make_faulty_run(
     """
     rng = np.random.default_rng([seed, turn])
     cases: dict[int, Case] = {}
-    lines = ["frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"]
+    lines = [CSV_HEAD]
     named = 0
     for number, (label, boxes) in enumerate(_signs(truth), start=1):
         kind = KINDS[(2 * turn + named) % len(KINDS)] if label >= 0 else "right"
@@ -122,10 +124,10 @@ def _rows(number: int, case: Case, size: tuple[int, int], frames: int) -> Iterat
             way = _BOX_SHIFT * (box[2] - box[0])
             right = np.array([way, 0, way, 0])
             box = case.wrong_box = box + (right if box[2] + way < size[0] else -right)
-        yield _row(frame, number, box, label)
+        yield csv_row(frame, number, box, label)
     if "end" in case.faults:
         for frame in range(case.last + 1, min(frames, case.last + 1 + _EXTRA_FRAMES)):
-            yield _row(frame, number, last, label)
+            yield csv_row(frame, number, last, label)
 
 
 def _false_track(
@@ -138,8 +140,9 @@ def _false_track(
         if not ((near[:, 0] < x + 60) & (near[:, 2] > x - 20) & (near[:, 1] < y + 60) & (near[:, 3] > y - 20)).any():
             break
     for frame in range(start, min(frames, start + _FALSE_FRAMES)):
-        yield _row(frame, number, np.array([x, y, x + 30, y + 30]), 14)
+        yield csv_row(frame, number, np.array([x, y, x + 30, y + 30]), 14)
 
 
-def _row(frame: int, number: int, box: FloatArray, label: int) -> str:
+def csv_row(frame: int, number: int, box: FloatArray, label: int) -> str:
+    """A box of a track in a table of the format ``tracks-csv``."""
     return f"{frame},{number},{','.join(f'{value:.2f}' for value in box)},{label},1,0"

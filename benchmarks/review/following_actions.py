@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.review.browser_session import BrowserSession, open_review
-from benchmarks.review.faulty_runs import Case
+from benchmarks.review.faulty_runs import CSV_HEAD, Case, csv_row
 from benchmarks.review.simulated_annotator import Proposals, SimulatedAnnotator
 from tsr_engine.follow import MIN_WIDTH_PX
 from tsr_engine.geometry.boxes import iou_each
@@ -26,7 +26,6 @@ _WARM_UP_S = 12.0
 """Seconds with an open page until the standby worker has loaded everything."""
 _PAUSE_MS = 1000
 """Milliseconds from a new frame to the key press."""
-_HEAD = "frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore"
 _LISTEN = """() => {
   globalThis.first = null;
   let pressed = null;
@@ -121,9 +120,9 @@ def time_first_proposal(
 
 def _opened(session: BrowserSession, video: str, tracks: Mapping[int, Mapping[int, FloatArray]]) -> Page:
     """The review screen of a new run with these tracks."""
-    lines = [_HEAD]
+    lines = [CSV_HEAD]
     for number, boxes in tracks.items():
-        lines += [f"{k},{number},{','.join(f'{edge:.2f}' for edge in box)},14,1,0" for k, box in sorted(boxes.items())]
+        lines += [csv_row(k, number, box, 14) for k, box in sorted(boxes.items())]
     asked = f"/videos/{video}/imports?as=run&name=tracks&format=tracks-csv"
     run = session.server.call("POST", asked, "\n".join(lines).encode(), "application/octet-stream")["id"]
     page = session.page()

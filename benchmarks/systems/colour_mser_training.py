@@ -13,6 +13,7 @@ from sklearn.svm import LinearSVC
 from benchmarks.systems.colour_model import ColourModel, fit_colours
 from benchmarks.systems.colour_mser import ColourMser
 from benchmarks.systems.hog_svm import FAMILIES, LENGTH, MARGIN, SIDE, HogSvm, describe_boxes
+from benchmarks.systems.log_odds import fit_log_odds
 from benchmarks.systems.proposals import ProposalPlan, propose
 from benchmarks.systems.sign_patches import SignPatch, crop_patches, scene_patches
 from tsr_engine.geometry.boxes import iou
@@ -21,7 +22,6 @@ from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
-from tsr_engine.training.calibration import fit_calibration
 from tsr_engine.training.mining import PictureChanges, read_picture, searched_picture
 from tsr_engine.training.patches import PATCH
 
@@ -141,7 +141,7 @@ def train_colour_mser(
 
 def proposal_recall(boxes: FloatArray, truth: FloatArray) -> int:
     """Number of true boxes (m, 4) that a proposal (n, 4) covers with an IoU of at least 0.5."""
-    return int((iou(truth, boxes).max(axis=1) >= 0.5).sum()) if len(truth) and len(boxes) else 0
+    return int((iou(truth, boxes).max(axis=1, initial=0.0) >= 0.5).sum())
 
 
 def _signs(
@@ -168,14 +168,11 @@ def _proposed(
     """A scene's proposals on signs, and those on no sign."""
     picture = searched_picture(scene, rng, PictureChanges(plan.relit))
     found = propose(picture, colours, proposals, DetectorParams(far_top=0.0, far_bottom=1.0))
-    overlap = iou(found.boxes, scene.boxes) if len(scene.boxes) else np.zeros((len(found.boxes), 1))
-    on = np.flatnonzero(overlap.max(axis=1) >= 0.65)
+    overlap = iou(found.boxes, scene.boxes)
+    on = np.flatnonzero(overlap.max(axis=1, initial=0.0) >= 0.65)
     on = on[rng.permutation(len(on))[: plan.own]]
     labels = scene.class_ids[overlap[on].argmax(axis=1)] if len(on) else np.zeros(0, np.int64)
-    clear = (
-        iou(found.boxes, scene.occupied).max(axis=1) < 0.3 if len(scene.occupied) else np.ones(len(found.boxes), bool)
-    )
-    off = np.flatnonzero(clear)
+    off = np.flatnonzero(iou(found.boxes, scene.occupied).max(axis=1, initial=0.0) < 0.3)
     return (
         _Samples.of(describe_boxes(picture, found.maps, found.boxes[on]), labels),
         _Samples.of(describe_boxes(picture, found.maps, found.boxes[off]), np.full(len(off), -1)),
@@ -217,20 +214,11 @@ def _log_odds(
     scenes: Sequence[Scene], colours: ColourModel, proposals: ProposalPlan, svm: HogSvm
 ) -> tuple[tuple[float, float], float]:
     """``c0, c1`` of ``log-odds = c0 * value + c1``, fitted on scenes without training, and the proposals' recall."""
-    values, labels, covered, signs = [], [], 0, 0
+    results = []
     for scene in scenes:
         picture = read_picture(scene)
         found = propose(picture, colours, proposals, DetectorParams())
-        overlap = (
-            iou(found.boxes, scene.boxes).max(axis=1)
-            if len(scene.boxes) and len(found.boxes)
-            else np.zeros(len(found.boxes))
-        )
-        clear = (overlap >= 0.5) | (overlap < 0.3)
-        values.append(svm.scores(describe_boxes(picture, found.maps, found.boxes[clear])))
-        labels.append(np.where(overlap[clear] >= 0.5, 1.0, -1.0))
-        covered += proposal_recall(found.boxes, scene.boxes)
-        signs += len(scene.boxes)
-    every = np.concatenate(values)
-    c0, c1 = fit_calibration(every[:, None], np.concatenate(labels)).tolist()
-    return (c0, c1), covered / max(1, signs)
+        values = svm.scores(describe_boxes(picture, found.maps, found.boxes))
+        results.append((found.boxes, values, scene.boxes))
+    covered = sum(proposal_recall(boxes, signs) for boxes, _, signs in results)
+    return fit_log_odds(results), covered / max(1, sum(len(signs) for _, _, signs in results))

@@ -14,6 +14,7 @@ from benchmarks.systems.hog import integral, orientation_cells
 from benchmarks.systems.hog_blocks import FEATURES, WINDOW, window_bytes
 from benchmarks.systems.hog_cascade import HogCascade, search
 from benchmarks.systems.hog_scan import HogLevel, levels, scales_of
+from benchmarks.systems.log_odds import fit_log_odds
 from benchmarks.systems.sign_patches import SignPatch, crop_patches, scene_patches
 from tsr_engine.detection.boosting import BoostingPlan, boost
 from tsr_engine.detection.nms import suppress
@@ -24,7 +25,6 @@ from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.calibration import fit_calibration
 from tsr_engine.training.mining import MIN_WIDTH, PictureChanges, away_from_signs, read_picture, searched_picture
 
 Progress = Callable[[str], None]
@@ -112,7 +112,7 @@ def train_hog_cascade(
         negatives = np.concatenate([negatives[np.sort(rng.permutation(len(negatives))[:room])], hard])
     assert cascade is not None
     progress("calibration")
-    model = HogCascade(cascade, _log_odds(cascade, calibrate[: plan.log_odds]))
+    model = HogCascade(cascade, fit_log_odds(_results(cascade, scene) for scene in calibrate[: plan.log_odds]))
     record = {
         "scenes": len(train),
         "signs": sum(len(s.boxes) for s in train),
@@ -226,18 +226,8 @@ def _with_rejection(ensemble: TreeEnsemble, traces: list[list[NDArray[np.uint8]]
     return ensemble.with_rejection((table[kept].min(axis=0) - round(plan.slack * UNIT)).astype(np.int32))
 
 
-def _log_odds(cascade: TreeEnsemble, scenes: Sequence[Scene]) -> tuple[float, float]:
-    """``c0, c1`` of ``log-odds = c0 * score + c1``, fitted to survivors on scenes without training."""
-    scores: list[FloatArray] = []
-    labels: list[FloatArray] = []
-    for scene in scenes:
-        found = search(read_picture(scene), cascade, DetectorParams())
-        kept = suppress(found.boxes, found.scores, DetectorParams().final_overlap, 200)
-        boxes = found.boxes[kept]
-        overlap = iou(boxes, scene.boxes).max(axis=1) if len(scene.boxes) and len(boxes) else np.zeros(len(boxes))
-        clear = (overlap >= 0.5) | (overlap < 0.3)
-        scores.append(found.scores[kept][clear])
-        labels.append(np.where(overlap[clear] >= 0.5, 1.0, -1.0))
-    values = np.concatenate(scores)
-    c0, c1 = fit_calibration(values[:, None], np.concatenate(labels)).tolist()
-    return c0, c1
+def _results(cascade: TreeEnsemble, scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Boxes and scores of the survivors of a scene, and the boxes of its signs."""
+    found = search(read_picture(scene), cascade, DetectorParams())
+    kept = suppress(found.boxes, found.scores, DetectorParams().final_overlap, 200)
+    return found.boxes[kept], found.scores[kept], scene.boxes

@@ -11,15 +11,15 @@ from typing import Any, Final
 from benchmarks.experiment import Data
 from benchmarks.systems.colour_mser import ColourMser, ColourMserDetector
 from benchmarks.systems.colour_mser_training import train_colour_mser
+from benchmarks.systems.held_out_scenes import held_out
 from benchmarks.systems.hog_cascade import HogCascade, HogCascadeDetector
 from benchmarks.systems.hog_training import train_hog_cascade
-from tsr_engine.io.gtsdb import Scene, read_gtsdb
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem, read_items
 from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import OfflineDetector
-from tsr_engine.training.detector_components import split_scenes
 
 Model = Any  # Any: each system has its own kind of model
 _Scenes = Sequence[Scene]
@@ -74,23 +74,13 @@ SYSTEMS: Final = (
 )
 
 
-def split(data: Data) -> tuple[list[Scene], list[Scene], list[Scene]]:
-    """Scenes for training, calibration and report, in the shipped detector's split of the same folder.
-
-    Raises:
-        Skip: there are no scenes.
-    """
-    seed = load_component("detector").seed or 0
-    return split_scenes(read_gtsdb(data.need("gtsdb")), seed)
-
-
 def trained(data: Data) -> list[TrainedSystem]:
     """The systems; those that the scratch folder lacks are trained and stored there.
 
     Raises:
         Skip: scenes or crops are missing.
     """
-    train, calibrate, _ = split(data)
+    known = held_out(data)
     gtsrb = data.need("gtsrb")
     out = []
     for system in SYSTEMS:
@@ -98,7 +88,7 @@ def trained(data: Data) -> list[TrainedSystem]:
         if not (folder / "manifest.json").is_file():
             crops = read_items(gtsrb)
             began = time.process_time()
-            model, record = system.train(train, calibrate, crops, data.seed, _report(system.name, began))
+            model, record = system.train(known.train, known.calibrate, crops, data.seed, _report(system.name, began))
             record["cpu_seconds"] = round(time.process_time() - began, 1)
             arrays, settings = model.to_arrays()
             save_component(Component(system.name, arrays, settings, record, {}, data.seed), folder)

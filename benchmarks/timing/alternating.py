@@ -12,7 +12,7 @@ import numpy as np
 from tsr_engine.io.video import open_video
 from tsr_engine.params import Params
 from tsr_engine.pipeline import Components
-from tsr_engine.records import Picture
+from tsr_engine.records import FloatArray, Picture
 from tsr_engine.runs.track_video import Progress, RunRequest, track_video
 
 Contender = Callable[[Picture], object]
@@ -48,15 +48,16 @@ class Turns:
     def summary(self, name: str) -> dict[str, float]:
         """Number of times, median, quartiles and mean, ms."""
         values = np.array(self.ms[name])
-        low, middle, high = np.percentile(values, [25, 50, 75])
-        parts = {"median": middle, "low": low, "high": high, "mean": values.mean()}
-        return {"turns": len(values)} | {key: round(float(value), 3) for key, value in parts.items()}
+        return {"turns": len(values), **_quartiles(values, 3), "mean": round(float(values.mean()), 3)}
 
     def paired(self, one: str, other: str) -> dict[str, float]:
         """Median and quartiles of the ratio of two contenders' times on the same picture."""
-        ratios = np.array(self.ms[one]) / np.array(self.ms[other])
-        low, middle, high = np.percentile(ratios, [25, 50, 75])
-        return {"median": round(float(middle), 4), "low": round(float(low), 4), "high": round(float(high), 4)}
+        return _quartiles(np.array(self.ms[one]) / np.array(self.ms[other]), 4)
+
+
+def _quartiles(values: FloatArray, digits: int) -> dict[str, float]:
+    low, median, high = (round(float(value), digits) for value in np.percentile(values, [25, 50, 75]))
+    return {"median": median, "low": low, "high": high}
 
 
 def scenes_in_turn(contenders: Mapping[str, Contender], pictures: Sequence[Picture], rounds: int = 1) -> Turns:

@@ -8,7 +8,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from benchmarks.deep.yolo import name_of
 from benchmarks.experiment import ROOT, Skip
+from benchmarks.timing.alternating import Contender
 from tsr_engine.detection.onnx import OnnxDetector, letterbox
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.records import Picture
@@ -29,8 +30,6 @@ ENLARGED: Final = "YOLO11n, 1440x1152"
 SIZES: Final = {EQUAL: (736, 576), ENLARGED: (1440, 1152)}
 SIGNS: Final = ROOT / "deep" / "signs.onnx"
 """The small deep detector of this report."""
-
-Contender = Callable[[Picture], object]
 
 
 @dataclass(frozen=True, slots=True)
