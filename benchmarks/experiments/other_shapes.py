@@ -236,17 +236,8 @@ def _report(result: Result) -> str:
                 f"{one['43_found']} of {one['43']}", *_at_rate(one), *_at_rate(one["looked_at"]),
             ])  # fmt: skip
     abroad = table(rows) if f["foreign"] else "*No pictures of other countries were named.*\n"
-    read = [
-        [
-            "pictures",
-            f"signs of the 43 from {MIN_SIGN_PX} px",
-            "found",
-            "read right",
-            "of any size",
-            "found",
-            "read right",
-        ]
-    ]
+    columns = ["found", "read right"]
+    read = [["pictures", f"signs of the 43 from {MIN_SIGN_PX} px", *columns, "of any size", *columns]]
     for name, found in f["foreign"].items():
         large, every = found["read"]["large"], found["read"]["any"]
         read.append([name, *(f"{one[key]}" for one in (large, every) for key in ("signs", "found", "right"))])

@@ -27,16 +27,10 @@ def _report(result: Result) -> str:
     over = []
     for one in result.figures["drives"]:
         first, later = one["seconds"][0], one["seconds"][1:]
-        rows.append(
-            [
-                one["source"].split(",")[0],
-                one["picture"],
-                f"{one['megabytes']:.2f} MB, {one['boxes']:,} boxes",
-                _with_cpu(first, one["cpu_seconds"][0]),
-                f"{min(later):.2f} to {max(later):.2f} s",
-                _with_cpu(one["command_seconds"], one["command_cpu_seconds"]),
-            ]
-        )
+        size = f"{one['megabytes']:.2f} MB, {one['boxes']:,} boxes"
+        times = _with_cpu(first, one["cpu_seconds"][0]), f"{min(later):.2f} to {max(later):.2f} s"
+        command = _with_cpu(one["command_seconds"], one["command_cpu_seconds"])
+        rows.append([one["source"].split(",")[0], one["picture"], size, *times, command])
         if one["megabytes"] > MOST_MB or first > MOST_SECONDS:
             over.append(one["source"].split(",")[0])
     verdict = f"exceeded by {', '.join(over)}" if over else "met"

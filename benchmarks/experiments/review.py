@@ -10,7 +10,7 @@ from benchmarks.reporting.markdown import table
 from benchmarks.review.browser_session import open_browser_session, open_review
 from benchmarks.review.first_use import first_correction
 from benchmarks.review.interaction_times import measure_early_seeks, measure_handling
-from benchmarks.review.long_drive import first_paint, lane_intervals
+from benchmarks.review.long_drive import lane_intervals, time_first_paint
 from sample_videos import SHIPPED
 from tsr_engine.json_shapes import JsonObject
 
@@ -43,7 +43,7 @@ def _long(home: Path) -> JsonObject:
     made = make_long_run(home)
     found: JsonObject = {}
     with open_browser_session(home, (home,), sample=False) as session:
-        found["first_paint"] = [first_paint(session, made.video_id, made.run_id) for _ in range(4)]
+        found["first_paint"] = [time_first_paint(session, made.video_id, made.run_id) for _ in range(4)]
         page = session.page()
         open_review(page, made.video_id, made.run_id)
         page.wait_for_timeout(2000)
@@ -70,14 +70,11 @@ def _run(data: Data) -> Result:
 def _report(result: Result) -> str:
     f = result.figures
     first, clip, long = f["first"], f["clip"], f["long"]
-    rows = [["what", "figure", "bar"]]
-    rows.append(
-        [
-            "from the command in a new folder to a saved correction on the sample drive",
-            f"{first['corrected']:.0f} s (library {first['library']:.1f}, first track {first['first_track']:.1f})",
-            "120 s",
-        ]
-    )
+    start = f"{first['corrected']:.0f} s (library {first['library']:.1f}, first track {first['first_track']:.1f})"
+    rows = [
+        ["what", "figure", "bar"],
+        ["from the command in a new folder to a saved correction on the sample drive", start, "120 s"],
+    ]
     for name, words, bar in (
         ("step", "next frame", "p95 40 ms"),
         ("back", "previous frame", ""),
@@ -87,31 +84,17 @@ def _report(result: Result) -> str:
         t = clip[name]
         rows.append([words, f"p50 {t['p50']:.0f}, p95 {t['p95']:.0f}, max {t['max']:.0f} ms of {t['n']}", bar])
     play = clip["play"]
-    rows.append(
-        [
-            f"playing {play['seconds']:.0f} s at {play['rate']:.0f} frames/s",
-            f"{play['frames']} of {play['span']} frames shown, {play['bare']} without their overlay",
-            "no overlay dropped",
-        ]
-    )
+    playing = f"playing {play['seconds']:.0f} s at {play['rate']:.0f} frames/s"
+    shown = f"{play['frames']} of {play['span']} frames shown, {play['bare']} without their overlay"
+    rows.append([playing, shown, "no overlay dropped"])
     paint = [whole for _, whole in long["first_paint"]]
-    rows.append(
-        [
-            "132,400 frames: first paint with tracks and lanes",
-            f"{paint[0] / 1e3:.2f} s right after the start of the server, then "
-            f"{min(paint[1:]) / 1e3:.2f} to {max(paint[1:]) / 1e3:.2f} s",
-            "1 s",
-        ]
-    )
+    later = f"{min(paint[1:]) / 1e3:.2f} to {max(paint[1:]) / 1e3:.2f} s"
+    first_paint = f"{paint[0] / 1e3:.2f} s right after the start of the server, then {later}"
+    rows.append(["132,400 frames: first paint with tracks and lanes", first_paint, "1 s"])
     for kind, t in long["lanes"].items():
-        rows.append(
-            [
-                f"132,400 frames: {kind} the lanes",
-                f"script time p95 {t['work_p95']:.1f} ms; display interval p50 {t['interval_p50']:.1f}, "
-                f"p95 {t['interval_p95']:.1f} ms",
-                "16.7 ms",
-            ]
-        )
+        interval = f"display interval p50 {t['interval_p50']:.1f}, p95 {t['interval_p95']:.1f} ms"
+        text = f"script time p95 {t['work_p95']:.1f} ms; {interval}"
+        rows.append([f"132,400 frames: {kind} the lanes", text, "16.7 ms"])
     workers = ", ".join(str(mb) for mb in first["workers_mb"])
     rows.append(["idle server", f"{first['server_mb']:.0f} MB (workers {workers} MB)", "250 MB"])
     return table(rows) + "\n"

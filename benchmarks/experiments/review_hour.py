@@ -39,15 +39,8 @@ def _report(result: Result) -> str:
     middle = played[len(played) // 2]
     rows = [["minutes", "frames shown", "script heap, MB", "page processes, MB", "server, MB"]]
     for row in (settled, middle, played[-1]):
-        rows.append(
-            [
-                f"{row['minutes']:.0f}",
-                f"{row['frames']:,}",
-                f"{row['heap']:.1f}",
-                str(row["renderers"]),
-                str(row["server"]),
-            ]
-        )
+        counts = [f"{row['minutes']:.0f}", f"{row['frames']:,}", f"{row['heap']:.1f}"]
+        rows.append([*counts, str(row["renderers"]), str(row["server"])])
     tail = [row for row in played if row["minutes"] >= settled["minutes"]]
     low, high = min(row["renderers"] for row in tail), max(row["renderers"] for row in tail)
     return table(rows) + (

@@ -58,30 +58,21 @@ def _report(result: Result) -> str:
     first = next(iter(databases.values()))
     over = []
     for i, one in enumerate(first["questions"]):
-        asked = [each["questions"][i] for each in databases.values()]
+        answers = [each["questions"][i] for each in databases.values()]
         more = " or more" if one["more"] else ""
-        rows.append(
-            [
-                one["question"],
-                f"{one['total']:,}{more}",
-                *(f"{each['median_ms']:.0f} / {each['slowest_ms']:.0f} ms" for each in asked),
-            ]
-        )
-        over += [one["question"] for each in asked if each["median_ms"] > MAX_MS]
+        rows.append([one["question"], f"{one['total']:,}{more}", *map(_times, answers)])
+        over += [one["question"] for each in answers if each["median_ms"] > MAX_MS]
     for i, one in enumerate(first["pages"]):
-        asked = [each["pages"][i] for each in databases.values()]
-        rows.append(
-            [
-                f"the page: {one['page']}",
-                "",
-                *(f"{each['median_ms']:.0f} / {each['slowest_ms']:.0f} ms" for each in asked),
-            ]
-        )
+        rows.append([f"the page: {one['page']}", "", *(_times(each["pages"][i]) for each in databases.values())])
     sizes = ", ".join(
         f"{name} {each['mb']:,.0f} MB, filled in {each['fill_seconds']:,.0f} s" for name, each in databases.items()
     )
     verdict = f"exceeded by {'; '.join(dict.fromkeys(over))}" if over else "met by every question"
     return f"{table(rows)}\nBar: a median of {MAX_MS:g} ms, {verdict}. Size of the database: {sizes}.\n"
+
+
+def _times(answer: JsonObject) -> str:
+    return f"{answer['median_ms']:.0f} / {answer['slowest_ms']:.0f} ms"
 
 
 EXPERIMENT = Experiment(

@@ -65,7 +65,7 @@ _PLAY = """(() => {
 })()"""
 
 
-def first_paint(session: BrowserSession, video: str, run: str) -> tuple[float, float]:
+def time_first_paint(session: BrowserSession, video: str, run: str) -> tuple[float, float]:
     """Open the review screen in a new profile.
 
     Returns:

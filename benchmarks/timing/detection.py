@@ -61,7 +61,7 @@ def _levels(detector: AcfDetector, picture: Picture, scratch: Scratch | None = N
     return build_pyramid(picture, scales, detector.model.plan, bands, border=detector.window.pad, scratch=scratch)
 
 
-def stages(pictures: list[Picture]) -> dict[str, float]:
+def time_stages(pictures: list[Picture]) -> dict[str, float]:
     """Median CPU ms of pyramid, cascade and whole detection with the shipped models and settings on one thread."""
     with one_opencv_thread():
         detector = load_detector(Params().with_settings([("second_core", False)]))
@@ -82,7 +82,7 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=40)
     args = parser.parse_args()
     pictures = shrunk_scenes(args.gtsdb, args.scenes)
-    found = stages(pictures)
+    found = time_stages(pictures)
     print(f"{len(pictures)} scenes at 720x576, one thread, CPU ms: median of the least of {TURNS} turns")
     for name, ms in found.items():
         print(f"  {name:15} {ms:6.1f}")
