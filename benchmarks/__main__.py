@@ -24,15 +24,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     names = [experiment.name for experiment in EXPERIMENTS]
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"experiments: {', '.join(names)}; unset: all")
-    parser.add_argument("--gtsdb", type=Path, help="scenes with gt.txt")
-    parser.add_argument("--gtsrb", type=Path, help="class folders 00000 to 00042")
-    parser.add_argument("--clips", type=Path, help="annotated clips with ground truth in gt/")
-    parser.add_argument("--looming", type=Path, help="simulated approaches with clips.json")
-    parser.add_argument("--tuning", type=Path, help="simulated approaches that parameters were chosen on")
-    parser.add_argument("--boards", type=Path, help="simulated approaches to signs of no label set")
-    parser.add_argument("--foreign", type=Path, help="folders of pictures of other countries, each with boxes.json")
-    parser.add_argument("--before", type=Path, help="checkout of an earlier version, for `day` and `first_sight`")
-    parser.add_argument("--drives", type=Path, help="videos without annotation")
+    for folder in fields(Data):
+        if "help" in folder.metadata:
+            parser.add_argument(f"--{folder.name}", type=Path, help=folder.metadata["help"])
     parser.add_argument("--scratch", type=Path, default=Path("out/bench"))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=float, help="time of one call of `scale`; the next call continues")

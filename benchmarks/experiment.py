@@ -22,35 +22,30 @@ class Skip(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Data:
-    """Folders of the data; None: not given.
+    """Folders of the data, each an option of ``python -m benchmarks``; None: not given.
 
     Attributes:
-        gtsdb: scenes with ``gt.txt``.
-        gtsrb: class folders of tracks.
-        clips: annotated clips with ``gt/NAME.csv``.
-        looming: simulated approaches with ``clips.json``.
         scratch: intermediate files of experiments, which later calls use again.
         seed: random seed.
-        tuning: simulated approaches that parameters were chosen on; no reported figure uses their scenes.
-        boards: simulated approaches to signs of no label set.
-        before: checkout of an earlier version of the project, for comparisons.
-        foreign: folders of pictures of other countries, each with ``boxes.json``.
-        drives: videos without annotation.
         seconds: time that one call may spend on a long drive; None: the experiment's default.
     """
 
-    gtsdb: Path | None
-    gtsrb: Path | None
-    clips: Path | None
-    looming: Path | None
-    scratch: Path
+    gtsdb: Path | None = field(default=None, metadata={"help": "scenes with gt.txt"})
+    gtsrb: Path | None = field(default=None, metadata={"help": "class folders 00000 to 00042"})
+    clips: Path | None = field(default=None, metadata={"help": "annotated clips with ground truth in gt/"})
+    looming: Path | None = field(default=None, metadata={"help": "simulated approaches with clips.json"})
+    scratch: Path = Path("out/bench")
     seed: int = 0
-    tuning: Path | None = None
+    tuning: Path | None = field(default=None, metadata={"help": "simulated approaches that parameters were chosen on"})
     seconds: float | None = None
-    boards: Path | None = None
-    before: Path | None = None
-    foreign: Path | None = None
-    drives: Path | None = None
+    boards: Path | None = field(default=None, metadata={"help": "simulated approaches to signs of no label set"})
+    before: Path | None = field(
+        default=None, metadata={"help": "checkout of an earlier version, for `day` and `first_sight`"}
+    )
+    foreign: Path | None = field(
+        default=None, metadata={"help": "folders of pictures of other countries, each with boxes.json"}
+    )
+    drives: Path | None = field(default=None, metadata={"help": "videos without annotation"})
 
     def need(self, name: str) -> Path:
         """A folder of data.

@@ -100,15 +100,15 @@ def _report(result: Result) -> str:
 
 def _verdicts(f: JsonMapping) -> str:
     """Cases in which a weighting by scale is worse than equal weights, and by how many signs."""
-    said = []
+    sentences = []
     for mode in BY_SCALE:
         lost = {
             n: round(f["tracks"] * (f["rates"]["equal"][i] - f["rates"][mode][i])) for i, n in enumerate(f["frames"])
         }
         worse, most = [n for n, signs in lost.items() if signs > 0], max(lost.values())
         places = f"at {', '.join(map(str, worse))} frames, by {most} {'sign' if most == 1 else 'signs'} at most"
-        said.append(f"*{mode}* is worse {places}" if worse else f"*{mode}* is never worse")
-    return f"Compared with equal weights, {' and '.join(said)}."
+        sentences.append(f"*{mode}* is worse {places}" if worse else f"*{mode}* is never worse")
+    return f"Compared with equal weights, {' and '.join(sentences)}."
 
 
 def _report_folds(folds: JsonObject) -> str:

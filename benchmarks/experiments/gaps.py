@@ -189,8 +189,8 @@ def _by_stress(stresses: Mapping[str, JsonMapping]) -> str:
             if mine is not None and alone is not None and mine >= alone:
                 ahead.append(f"{stress}, {n} frames: {mine:.4f} against {alone:.4f}")
         rows.append(cells)
-    said = "under every stress after any number of frames" if not ahead else "except for " + "; ".join(ahead)
-    return table(rows) + f"\nThe boxes end nearer with the online detector than with KF alone, {said}.\n"
+    text = "under every stress after any number of frames" if not ahead else "except for " + "; ".join(ahead)
+    return table(rows) + f"\nThe boxes end nearer with the online detector than with KF alone, {text}.\n"
 
 
 def _groups(groups: JsonMapping) -> list[tuple[str, JsonObject]]:
@@ -219,8 +219,8 @@ def _verdict(groups: JsonMapping) -> str:
                 named = ", ".join(f"{name} with {error:.4f}" for error, name in ahead)
                 beaten.append(f"- {group}, {n} frames: ours ends with {mine['error']:.4f}, {named}")
     if not beaten:
-        said = "`default` ends nearest to the sign of all trackers with the same detections, in every row.\n"
-        return said + _unknown_camera(groups)
+        text = "`default` ends nearest to the sign of all trackers with the same detections, in every row.\n"
+        return text + _unknown_camera(groups)
     head = "**`default` is beaten** by trackers that start from the same detections at:\n\n"
     return head + "\n".join(beaten) + "\n" + _unknown_camera(groups)
 

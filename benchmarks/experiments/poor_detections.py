@@ -233,15 +233,15 @@ def verdict(figures: JsonMapping) -> str:
                     answers[answer].append(f"*{kind}* ({name})")
         here = "; ".join(answers["holds"][known:])
         where.append(f"with {title} {f'on {here}' if here else 'nowhere'}")
-    said = (
+    text = (
         "Fig. 11 claims that the online detector lowers Eq. 7 on covered frames, compared with the filter alone "
         f"({paper.EQ7_ONLINE} against {paper.EQ7_KF}). The claim holds {' and '.join(where)}."
     )
     if answers["larger"]:
-        said += f" Eq. 7 is larger with the online detector: {'; '.join(answers['larger'])}."
+        text += f" Eq. 7 is larger with the online detector: {'; '.join(answers['larger'])}."
     if answers["open"]:
-        said += f" The interval contains 0: {'; '.join(answers['open'])}."
-    return said + "\n"
+        text += f" The interval contains 0: {'; '.join(answers['open'])}."
+    return text + "\n"
 
 
 def _order(rows: JsonMapping) -> list[str]:
@@ -252,17 +252,17 @@ def _order(rows: JsonMapping) -> list[str]:
 
 def _how(found: JsonMapping) -> str:
     missed, jitter = found["worse"]["missed"], found["worse"]["jitter"]
-    said = (
+    parts = (
         [f"{100 * missed:.0f} % of the frames lose their detections, in runs of {MEAN_MISSED_RUN:g} on average"]
         if missed
         else []
     )
-    said += [f"each edge is off by {100 * jitter:.1f} % of the side (standard deviation)"] if jitter else []
-    if not said:
+    parts += [f"each edge is off by {100 * jitter:.1f} % of the side (standard deviation)"] if jitter else []
+    if not parts:
         return "unchanged detections."
     start = found["rows"][PAPER_KF]["mean_error"]
     short = start is not None and start < paper.EQ7_KF - NEAR
-    return "; ".join(said) + ("; no larger share was tried, and Eq. 7 stays below the paper's." if short else ".")
+    return "; ".join(parts) + ("; no larger share was tried, and Eq. 7 stays below the paper's." if short else ".")
 
 
 EXPERIMENT = Experiment(

@@ -64,12 +64,12 @@ def _report(result: Result) -> str:
 
 
 def _verdict(f: JsonMapping) -> str:
-    said = []
+    lines = []
     for count, bar in BARS.items():
         taught, base = f[count], f["0"]
         new, mixed, old = taught["new_tracks"], taught["mixed_new"], taught["mixed_old_half"]
         tracks, single = (100 * max(0.0, base[name] - taught[name]) for name in ("old_tracks", "old_single"))
-        said.append(
+        lines.append(
             f"- {count} tracks of each new label: {new:.3f} of the new labels' tracks are classified correctly (bar "
             f"{bar:.2f}: {met(new >= bar)}). The other labels lose {tracks:.2f} percentage points of "
             f"tracks (bar {MAX_LOST_POINTS}: {met(tracks <= MAX_LOST_POINTS)}) and {single:.2f} of "
@@ -80,8 +80,8 @@ def _verdict(f: JsonMapping) -> str:
             "votes.\n"
         )
     return (
-        f"{''.join(said)}\nLabels are taught as in a retraining, {FRAMES} frames a track. A track is classified by the "
-        "sum of its frames' probabilities. Figures are means over "
+        f"{''.join(lines)}\nLabels are taught as in a retraining, {FRAMES} frames a track. A track is classified by "
+        "the sum of its frames' probabilities. Figures are means over "
         f"{', '.join(map(str, TAUGHT_FROM.values()))} random choices of {', '.join(map(str, TAUGHT_FROM))} tracks."
     )
 

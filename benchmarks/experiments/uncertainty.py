@@ -178,8 +178,8 @@ def _report(result: Result) -> str:
     f = result.figures
     rows = [["", "Brier", "log loss", "AUROC"]]
     rows += [[way, *(f"{f['ways'][way][key]:.3f}" for key in ("brier", "log_loss", "auroc"))] for way in WAYS]
-    said = [["uncertainty", "tracks", "mean uncertainty", "changed"]]
-    said += [
+    calibration = [["uncertainty", "tracks", "mean uncertainty", "changed"]]
+    calibration += [
         [f"{b['low']:.0%} to {b['high']:.0%}", str(b["n"]), f"{b['said']:.1%}", f"{b['changed']:.1%}"]
         for b in f["bins"]["fitted"]
     ]
@@ -193,7 +193,7 @@ def _report(result: Result) -> str:
     return "\n".join((
         f"{f['changed']} of {f['tracks']} tracks are changed ({why}). *Fitted* is a logistic regression with each clip "
         "left out in turn; *former* is the earlier sort key of the queue, without its term for verdicts near tau.\n",
-        table(rows), "Calibration of the fitted uncertainty:\n", table(said),
+        table(rows), "Calibration of the fitted uncertainty:\n", table(calibration),
         "The presets `default` and `lenient` make few mistakes here, so the fit learns the terms mostly from `paper`. "
         "The term *windows* keeps the chances apart: it is 1 for every track of a run that measures rejected "
         "predictions at relocalised windows, as `paper` does.\n", table(runs),

@@ -169,10 +169,10 @@ def _quarter(f: Figures) -> str:
 
 def _gaps(f: Figures) -> str:
     found = {name: each["20"] for name, each in f["gaps"]["groups"]["held out"].items() if "20" in each}
-    said = {name: f"{each['error']:.3f}, {100 * each['held']:.0f} %" for name, each in found.items()}
+    texts = {name: f"{each['error']:.3f}, {100 * each['held']:.0f} %" for name, each in found.items()}
     return (
-        f"{said['default']} (filter alone {said['KF alone']}; OpenCV's CSRT {said['CSRT']}). With unknown camera "
-        f"motion: {said['default, camera unknown']} (filter alone {said['KF alone, camera unknown']})"
+        f"{texts['default']} (filter alone {texts['KF alone']}; OpenCV's CSRT {texts['CSRT']}). With unknown camera "
+        f"motion: {texts['default, camera unknown']} (filter alone {texts['KF alone, camera unknown']})"
     )
 
 
@@ -203,14 +203,14 @@ def _memory(f: Figures) -> str:
 
 
 def _corrections(f: Figures) -> str:
-    said = []
+    texts = []
     for case in ("as filmed", "dim camera"):
         before, after = f["retraining"][case]["before"], f["retraining"][case]["after"]
-        said.append(
+        texts.append(
             f"{case}: AP from {before['ap50']:.3f} to {after['ap50']:.3f}, "
             f"Eq. 7 from {before['mean_error']:.3f} to {after['mean_error']:.3f}"
         )
-    return "; ".join(said)
+    return "; ".join(texts)
 
 
 def _corrected_on(f: Figures) -> str:

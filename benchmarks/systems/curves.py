@@ -55,7 +55,7 @@ def columns_behind(
         ours: names of our rows.
         columns: title -> (value of a row or None, +1 if higher is better, -1 if lower).
     """
-    said = []
+    sentences = []
     for title, (value, sign) in columns.items():
         mine = [v for name in ours if name in curves and (v := value(curves[name])) is not None]
         if not mine:
@@ -67,5 +67,5 @@ def columns_behind(
             if name not in ours and (v := value(row)) is not None and sign * v > sign * best
         ]
         if ahead:
-            said.append(f"{title}: behind {' and '.join(ahead)}")
-    return said
+            sentences.append(f"{title}: behind {' and '.join(ahead)}")
+    return sentences

@@ -80,7 +80,7 @@ def yolo_networks(onnxruntime: ModuleType, folder: Path) -> Networks:
 
 def _export(folder: Path) -> None:
     """Export with this interpreter, or with that of TSR_ORACLES, depending on which has the package."""
-    said = ""
+    message = ""
     for python in (sys.executable, os.environ.get("TSR_ORACLES", "")):
         if not python:
             continue
@@ -89,9 +89,9 @@ def _export(folder: Path) -> None:
         done = subprocess.run(command, cwd=ROOT.parent, capture_output=True, text=True, timeout=900)  # noqa: S603
         if done.returncode == 0:
             return
-        said = (done.stderr.strip().splitlines() or [""])[-1]
+        message = (done.stderr.strip().splitlines() or [""])[-1]
     raise Skip(
-        f"the package `ultralytics` could not build the network ({said}). Install the extra `bench`, or name an "
+        f"the package `ultralytics` could not build the network ({message}). Install the extra `bench`, or name an "
         "interpreter that has `ultralytics`, `torch` and `onnx` in TSR_ORACLES."
     )
 

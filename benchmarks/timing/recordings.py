@@ -99,16 +99,10 @@ def measure(kind: str, work: Path, clips: Path | None, times: int) -> JsonObject
     out = work / f"{kind}.rrd"
     command = [sys.executable, "-c", "from app.cli.main import run; run()", "record", str(run)]
     whole = _process([*command, "--video", str(video), "--out", str(out), "--frames", f"0:{FRAMES}", "--json"])
-    reported = json.loads(here.pop("said"))
     return {
         "drive": kind,
         "source": (work / f"{kind}.txt").read_text(encoding="utf-8"),
-        "picture": reported["picture"],
-        "megabytes": reported["megabytes"],
-        "picture_megabytes": reported["picture_megabytes"],
-        "boxes": reported["boxes"],
-        "seconds": reported["seconds"],
-        "cpu_seconds": reported["cpu_seconds"],
+        **json.loads(here["output"]),
         "command_seconds": whole["seconds"],
         "command_cpu_seconds": whole["cpu_seconds"],
         "cores": len(os.sched_getaffinity(0)),
@@ -141,7 +135,7 @@ def _process(command: list[str]) -> JsonObject:
     if done.returncode:
         raise TsrError(f"{' '.join(command[:4])} ended with {done.returncode}: {done.stderr.strip()[-400:]}")
     worked = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return {"said": done.stdout, "seconds": round(seconds, 2), "cpu_seconds": round(worked, 2)}
+    return {"output": done.stdout, "seconds": round(seconds, 2), "cpu_seconds": round(worked, 2)}
 
 
 def _drive(kind: str, out: Path, clips: Path | None) -> str:

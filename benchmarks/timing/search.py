@@ -163,10 +163,10 @@ def _rows(random: np.random.Generator, count: int, own: JsonObject) -> Iterator[
 def measured(database: Database) -> list[JsonObject]:
     """Median and largest time of each search, ms, and the number of tracks that it finds."""
     found = []
-    for name, asked in QUESTIONS.items():
-        further = asked.get("_pages", 1)
-        request = SearchRequest.model_validate({key: value for key, value in asked.items() if key != "_pages"})
-        for _ in range(further - 1):
+    for name, query in QUESTIONS.items():
+        pages_to_turn = query.get("_pages", 1)
+        request = SearchRequest.model_validate({key: value for key, value in query.items() if key != "_pages"})
+        for _ in range(pages_to_turn - 1):
             with database.read() as session:
                 following = answer(session, request, 0).next
             request = request.model_copy(update={"cursor": following or ""})
@@ -183,12 +183,12 @@ def measured(database: Database) -> list[JsonObject]:
 def pages(database: Database) -> list[JsonObject]:
     """Median and largest time of the pages about people's work, ms."""
     activity = ActivityService(database)
-    asked: dict[str, Callable[[], object]] = {
+    query: dict[str, Callable[[], object]] = {
         "overview": lambda: activity.overview(0),
         "activity of a person": lambda: activity.of("p7"),
         "list of videos": lambda: listed(database),
     }
-    return [{"page": name, **_timed(ask)[0]} for name, ask in asked.items()]
+    return [{"page": name, **_timed(ask)[0]} for name, ask in query.items()]
 
 
 def listed(database: Database) -> bytes:

@@ -33,12 +33,12 @@ def test_widths_are_compared_over_the_signs_that_both_find() -> None:
         {"before": 20.0, "now": 25.0, "least": 20.0},
         {"before": 20.0, "now": 20.0, "least": 20.0},
     ]
-    found = first_sight.compared([*rows, {"before": None, "now": 30.0, "least": 12.0}], 0)
+    found = first_sight.compare_widths([*rows, {"before": None, "now": 30.0, "least": 12.0}], 0)
     assert (found["signs"], found["found"]) == (4, {"before": 3, "now": 4})
     assert (found["earlier"], found["later"], found["at_once"]) == (1, 1, 1)
     assert found["ratio"] == pytest.approx(1.0)
     assert found["interval"] == pytest.approx([0.8, 1.25])
-    assert "ratio" not in first_sight.compared([{"before": None, "now": 30.0, "least": 12.0}], 0)
+    assert "ratio" not in first_sight.compare_widths([{"before": None, "now": 30.0, "least": 12.0}], 0)
 
 
 def test_the_report_names_signs_that_differ() -> None:
@@ -50,7 +50,7 @@ def test_the_report_names_signs_that_differ() -> None:
     text = first_sight.EXPERIMENT.report(
         Result(
             "first_sight",
-            figures={"approaches": first_sight.compared(rows, 0) | {"rows": rows}},
+            figures={"approaches": first_sight.compare_widths(rows, 0) | {"rows": rows}},
             settings={"before": "8b1", "now": "d79"},
         )
     )
