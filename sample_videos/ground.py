@@ -85,15 +85,8 @@ class Ground:
         self._fields = np.moveaxis(
             np.array([[lin(*colours[k]) for k in row] for row in picks], np.float32), 2, 0
         ).copy()
-        self._patches = [
-            (
-                float(rng.uniform(5, path.length)),
-                float(rng.uniform(-2.6, 2.2)),
-                float(rng.uniform(2, 7)),
-                float(rng.uniform(0.5, 1.2)),
-            )
-            for _ in range(int(path.length / 22))
-        ]
+        low, high = (5, -2.6, 2, 0.5), (path.length, 2.2, 7, 1.2)
+        self._patches = rng.uniform(low, high, (int(path.length / 22), 4)).tolist()
 
     def shade(
         self,

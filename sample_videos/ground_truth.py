@@ -98,20 +98,12 @@ def read_csv(path: Path) -> list[Row]:
             raise ValueError(
                 f"{path.name} must begin with {','.join(HEADER)}, got {','.join(head)}: give the truth of a drive."
             )
-        return [
-            Row(
-                int(v[0]),
-                int(v[1]),
-                float(v[2]),
-                float(v[3]),
-                float(v[4]),
-                float(v[5]),
-                int(v[6]),
-                float(v[7]),
-                int(v[8]),
-            )
-            for v in lines
-        ]
+        return [Row(int(v[0]), int(v[1]), *_corners(v[2:6]), int(v[6]), float(v[7]), int(v[8])) for v in lines]
+
+
+def _corners(cells: list[str]) -> tuple[float, float, float, float]:
+    x1, y1, x2, y2 = map(float, cells)
+    return x1, y1, x2, y2
 
 
 def write_json(path: Path, facts: JsonMapping) -> None:
