@@ -92,10 +92,9 @@ def write(canvas: Canvas, text: str, height: float, cx: float, cy: float, colour
         colour: Ink (r, g, b), sRGB.
         squeeze: Horizontal scale of the symbols.
     """
-    advance = [_advance(symbol) for symbol in text]
-    x = -(sum(advance) + _GAP * (len(text) - 1)) / 2
-    for symbol, step in zip(text, advance, strict=True):
+    x = -text_width(text) / 2
+    for symbol in text:
         for points in _strokes(symbol):
             placed = np.stack([cx + (points[:, 0] + x) * height * squeeze, cy + (points[:, 1] - 0.5) * height], axis=1)
             canvas.stroke(placed, PEN * height * (0.5 + squeeze / 2), colour)
-        x += step + _GAP
+        x += _advance(symbol) + _GAP

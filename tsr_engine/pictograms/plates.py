@@ -50,6 +50,12 @@ def red_ring(canvas: Canvas) -> None:
     canvas.disc(0, 0, 0.735, WHITE)
 
 
+def blue_disc(canvas: Canvas) -> None:
+    """The face of a command: blue with a white rim."""
+    canvas.disc(0, 0, 1.1, WHITE)
+    canvas.disc(0, 0, 0.955, BLUE)
+
+
 def end_ring(canvas: Canvas) -> None:
     """The face of an end: white in a thin dark ring."""
     canvas.disc(0, 0, 1.1, WHITE)
@@ -128,8 +134,7 @@ def mandatory(
     The symbol is drawn in black on white; its colours are exchanged here.
     """
     canvas = Canvas()
-    canvas.disc(0, 0, 1.1, WHITE)
-    canvas.disc(0, 0, 0.955, BLUE)
+    blue_disc(canvas)
     symbol(canvas.placed(scale, dx, dy, colours=ON_BLUE, mirror=mirror))
     if ended:
         reach = 0.955 / math.sqrt(2)

@@ -6,7 +6,7 @@ from tsr_engine.pictograms.canvas import Canvas, Colour
 from tsr_engine.pictograms.glyphs import text_width, write
 from tsr_engine.pictograms.palette import BLACK, BLUE, RED, WHITE
 from tsr_engine.pictograms.paths import path
-from tsr_engine.pictograms.plates import Symbol
+from tsr_engine.pictograms.plates import ON_BLUE, Symbol
 
 
 def words(text: str, height: float, x: float = 0.0, y: float = 0.0, squeeze: float = 1.0) -> Symbol:
@@ -59,7 +59,7 @@ def disc(symbol: Symbol) -> Symbol:
 
     def small(canvas: Canvas) -> None:
         canvas.disc(0, 0, 1, BLUE)
-        symbol(canvas.placed(0.66, colours={BLACK: WHITE, WHITE: BLUE}))
+        symbol(canvas.placed(0.66, colours=ON_BLUE))
 
     return small
 
@@ -75,6 +75,17 @@ def stopping(bars: int, inscription: str = "") -> Symbol:
         canvas.stroke(path("-62 -62 62 62"), 0.19, RED)
         if bars == 2:
             canvas.stroke(path("-62 62 62 -62"), 0.19, RED)
+
+    return symbol
+
+
+def countdown(bars: int, colour: Colour) -> Symbol:
+    """Slanting bars above each other: one for each third of the way to what a board announces."""
+
+    def symbol(canvas: Canvas) -> None:
+        for k in range(bars):
+            y = 27 * (bars - 1) - 54 * k - 13
+            canvas.fill(path(f"-37 {y + 16} 37 {y - 16} 37 {y + 10} -37 {y + 42}"), colour)
 
     return symbol
 

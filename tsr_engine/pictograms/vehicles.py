@@ -229,7 +229,5 @@ def snow_chain(canvas: Canvas) -> None:
         spoke = canvas.placed(1, turn=45 * k)
         spoke.stroke(path("-13 -100 13 -56"), 0.075, WHITE)
         spoke.stroke(path("13 -100 -13 -56"), 0.075, WHITE)
-    for radius, width in ((0.56, 0.06),):
-        ring = arc(0, 0, radius, radius, 0, 360, 60)
-        canvas.stroke(ring, width, BLACK)
+    canvas.stroke(arc(0, 0, 0.56, 0.56, 0, 360, 60), 0.06, BLACK)
     canvas.disc(0, 0, 0.2, BLACK)

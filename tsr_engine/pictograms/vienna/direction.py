@@ -13,8 +13,8 @@ from tsr_engine.pictograms.canvas import Canvas, Colour, arc, rounded
 from tsr_engine.pictograms.figures import arrow
 from tsr_engine.pictograms.palette import BLACK, BLUE, BROWN, GREEN, RED, WHITE, YELLOW
 from tsr_engine.pictograms.paths import path
-from tsr_engine.pictograms.plates import PLAIN, SQUARE, UPRIGHT, Symbol, board
-from tsr_engine.pictograms.symbols import at, fitted, several
+from tsr_engine.pictograms.plates import ON_BLUE, PLAIN, SQUARE, UPRIGHT, Symbol, board
+from tsr_engine.pictograms.symbols import at, countdown, fitted, several
 
 
 def _pointer(symbol: Symbol, *, ground: Colour, ink: Colour, left: bool = False) -> Canvas:
@@ -69,17 +69,8 @@ def _pass_road(canvas: Canvas) -> None:
     fitted("CLOSED", 0.98, 0.24, 0, -0.21)(canvas.placed(1, colours={BLACK: WHITE}))
     canvas.fill(path("-56 6 56 6 56 44 -56 44"), WHITE)
     canvas.disc(0, 0.25, 0.17, BLUE)
-    vehicles.snow_chain(canvas.placed(0.11, 0, 0.25, colours={BLACK: WHITE, WHITE: BLUE}))
+    vehicles.snow_chain(canvas.placed(0.11, 0, 0.25, colours=ON_BLUE))
     canvas.fill(path("-56 52 56 52 56 84 -56 84"), WHITE)
-
-
-def _countdown(bars: int) -> Canvas:
-    def symbol(canvas: Canvas) -> None:
-        for k in range(bars):
-            y = 27 * (bars - 1) - 54 * k - 13
-            canvas.fill(path(f"-37 {y + 16} 37 {y - 16} 37 {y + 10} -37 {y + 42}"), BLACK)
-
-    return board((0.42, 0.98), symbol, 1.0)
 
 
 def _exit_route(canvas: Canvas) -> None:
@@ -156,9 +147,9 @@ DIRECTION: Final[dict[str, Callable[[], Canvas]]] = {
     "escape-lane": partial(board, SQUARE, roads.escape_lane, 0.82, colours={BLACK: WHITE}),
     "pedestrian-bridge-or-subway": partial(board, SQUARE, people.stairs_down, 0.8),
     "step-free-bridge-or-subway": partial(board, SQUARE, people.ramp, 0.8),
-    "motorway-exit-countdown-3": partial(_countdown, 3),
-    "motorway-exit-countdown-2": partial(_countdown, 2),
-    "motorway-exit-countdown-1": partial(_countdown, 1),
+    "motorway-exit-countdown-3": partial(board, (0.42, 0.98), countdown(3, BLACK), 1.0),
+    "motorway-exit-countdown-2": partial(board, (0.42, 0.98), countdown(2, BLACK), 1.0),
+    "motorway-exit-countdown-1": partial(board, (0.42, 0.98), countdown(1, BLACK), 1.0),
     "motorway-exit": partial(
         board, (0.98, 0.6), several(fitted("EXIT", 1.1, 0.48, -0.3), at(arrows.arrow_up, 0.42, 0.66, 0, turn=45)), 0.88
     ),

@@ -7,12 +7,12 @@ from functools import partial
 from typing import Final
 
 from tsr_engine.pictograms import arrows, facilities, people, roads, vehicles
-from tsr_engine.pictograms.canvas import Canvas, arc
+from tsr_engine.pictograms.canvas import Canvas
 from tsr_engine.pictograms.figures import arrow
 from tsr_engine.pictograms.glyphs import write
 from tsr_engine.pictograms.palette import BLACK, BLUE, GREEN, RED, WHITE, YELLOW
 from tsr_engine.pictograms.paths import path
-from tsr_engine.pictograms.plates import FLAT, PLAIN, SQUARE, UPRIGHT, Symbol, board, triangle
+from tsr_engine.pictograms.plates import FLAT, ON_BLUE, PLAIN, SQUARE, UPRIGHT, Symbol, board, round_face, triangle
 from tsr_engine.pictograms.symbols import at, disc, fitted, plate, ring, several, words
 
 
@@ -81,7 +81,7 @@ def _round_stop() -> Canvas:
     canvas.disc(0, 0, 1.1, GREEN)
     canvas.disc(0, 0, 0.8, YELLOW)
     _halt(canvas.placed(0.9))
-    canvas.outline(arc(0, 0, 1, 1, 0, 360, 181)[:-1])
+    canvas.outline(round_face())
     return canvas
 
 
@@ -115,7 +115,7 @@ def _general_limits(canvas: Canvas) -> None:
         canvas.placed(1, 0, y).fill(path("-60 -22 60 -22 60 22 -60 22"), WHITE)
         if k == 2:
             canvas.placed(1, -0.3, y).fill(path("-24 -19 24 -19 24 19 -24 19"), BLUE)
-            symbol(canvas.placed(0.17, -0.3, y, colours={BLACK: WHITE, WHITE: BLUE}))
+            symbol(canvas.placed(0.17, -0.3, y, colours=ON_BLUE))
         else:
             symbol(canvas.placed(0.24, -0.3, y + 0.03))
         if k == 1:
