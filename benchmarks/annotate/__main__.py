@@ -20,8 +20,8 @@ from benchmarks.annotate.candidates import candidates_of, liberal_detector
 from benchmarks.annotate.sheets import cut, scene_rows, sheet
 from benchmarks.annotate.signs import SIGNS, compile_signs, save
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.records import Picture
-from tsr_engine.training.mining import read_picture
 
 SEED = 39
 CONTROLS = 70
@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 args.out,
                 args.what,
                 first // 3,
-                scene_rows([(s.path.stem, read_picture(s), s.boxes) for s in scenes[first : first + 3]]),
+                scene_rows([(s.path.stem, read_picture(s.path), s.boxes) for s in scenes[first : first + 3]]),
             )
         return 0
     cells, side, columns = (_cutouts(scenes), 82, 15) if args.what == "cutouts" else (_again(scenes), 104, 12)
@@ -61,7 +61,7 @@ def _cutouts(scenes: Sequence[Scene]) -> Iterator[Cell]:
     detector = liberal_detector()
     number = 0
     for scene in scenes:
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         for box in candidates_of(picture, scene.boxes, detector):
             yield str(number), cut(picture, box, 82, 0.35)
             number += 1
@@ -76,7 +76,7 @@ def _again(scenes: Sequence[Scene]) -> Iterator[Cell]:
     items = signs + [known[i] for i in chance.choice(len(known), CONTROLS, replace=False)]
     for number, place in enumerate(chance.permutation(len(items))):
         name, box = items[place]
-        yield str(number), cut(read_picture(by_name[name]), box, 104, 0.22)
+        yield str(number), cut(read_picture(by_name[name].path), box, 104, 0.22)
 
 
 def _pages(cells: Iterator[Cell], size: int) -> Iterator[list[Cell]]:

@@ -14,10 +14,10 @@ from benchmarks.annotate.answers import Control, Seen
 from benchmarks.annotate.fitting import fit_box
 from benchmarks.experiment import ROOT
 from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label
 from tsr_engine.training.gtsdb_signs import LABEL_SET, Annotation, Annotations, Reason
-from tsr_engine.training.mining import read_picture
 
 __all__ = ["SIGNS", "compile_signs", "figures", "save"]
 
@@ -52,7 +52,7 @@ def compile_signs(seen: Sequence[Seen], controls: Sequence[Control], scenes: Seq
         box = np.array(place.box)
         if label is not None or place.answer == "other":
             if picture is None or name != place.scene:
-                picture, name = read_picture(by_name[place.scene]), place.scene
+                picture, name = read_picture(by_name[place.scene].path), place.scene
             disc = label is not None and (label.shape in _ROUND or label.key in _DISCS)
             box = fit_box(picture, box, round_sign=disc)
         found.append(_annotation(len(found) + 1, place, label, tuple(round(float(v), 1) for v in box)))

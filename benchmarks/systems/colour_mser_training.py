@@ -18,11 +18,12 @@ from benchmarks.systems.sign_patches import SignPatch, crop_patches, scene_patch
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.calibration import fit_calibration
-from tsr_engine.training.mining import PictureChanges, read_picture, searched_picture
+from tsr_engine.training.mining import PictureChanges, searched_picture
 from tsr_engine.training.patches import PATCH
 
 __all__ = ["SvmPlan", "proposal_recall", "train_colour_mser"]
@@ -220,7 +221,7 @@ def _log_odds(
     """``c0, c1`` of ``log-odds = c0 * value + c1``, fitted on scenes without training, and the proposals' recall."""
     values, labels, covered, signs = [], [], 0, 0
     for scene in scenes:
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         found = propose(picture, colours, proposals, DetectorParams())
         overlap = (
             iou(found.boxes, scene.boxes).max(axis=1)

@@ -11,10 +11,7 @@ from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.descriptor import LENGTH, SIDE
 from tsr_engine.training.classifier import (
     ClassifierSettings,
-    _strength,
     _views,
-    drawn_crops,
-    inset_crops,
     train_classifier,
 )
 from tsr_engine.training.classifier_augmentation import (
@@ -24,9 +21,11 @@ from tsr_engine.training.classifier_augmentation import (
     load_crop,
     plain_view,
     shaken_box,
+    view_strength,
 )
 from tsr_engine.training.classifier_network import Network, NetworkSettings, _cross_entropy, _hinge
-from tsr_engine.training.drawn_signs import DRAWN_CLASSES
+from tsr_engine.training.drawn_signs import DRAWN_CLASSES, drawn_crops
+from tsr_engine.training.inset_signs import inset_crops
 
 
 def glyph(class_id: int, shade: int) -> np.ndarray:
@@ -143,9 +142,8 @@ class TestNetwork:
 
 
 def test_augmentation_weakens_at_the_end() -> None:
-    settings = ClassifierSettings(calm=0.5, calm_strength=0.4)
-    assert [_strength(p, settings) for p in (0.0, 0.5, 0.75, 1.0, 1.1)] == pytest.approx([1, 1, 0.7, 0.4, 0.4])
-    assert _strength(1.0, replace(settings, calm=0.0)) == 1
+    assert [view_strength(p, 0.5, 0.4) for p in (0.0, 0.5, 0.75, 1.0, 1.1)] == pytest.approx([1, 1, 0.7, 0.4, 0.4])
+    assert view_strength(1.0, 0.0, 0.4) == 1
 
 
 class TestViews:

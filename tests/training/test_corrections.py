@@ -106,7 +106,7 @@ def test_too_many_signs_are_sampled_evenly_over_classes(tmp_path: Path) -> None:
     many = [make_track(f"m{k}", 8, first=k, label=2 if k else 5, side=20.0) for k in range(6)]
     there = Dataset(shipped_set(DEFAULT), (make_video(many, write_video(tmp_path / "a.mp4", many)),))
     for seed in range(3):
-        found = corrected_scenes(there, tmp_path / f"w{seed}", Sampling(most=2), seed=seed)
+        found = corrected_scenes(there, tmp_path / f"w{seed}", Sampling(max_tracks=2), seed=seed)
         classes = [c for s in found for c in s.scene.class_ids]
         assert set(classes) == {2, 5}
         assert len(_signs(found)) == 2

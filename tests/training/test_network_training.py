@@ -11,7 +11,7 @@ from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training import network_crops
 from tsr_engine.training.classifier_augmentation import LoadedCrop, plain_view
 from tsr_engine.training.network_classifier import classifier_of, component_of
-from tsr_engine.training.network_crops import Bank, bank_of, network_keys
+from tsr_engine.training.network_crops import CropBank, bank_of, network_keys
 
 
 def toy_crops() -> list[LoadedCrop]:
@@ -63,7 +63,7 @@ def test_the_seed_decides_the_network_and_its_export_is_equal() -> None:
     from tsr_engine.training import network as module
 
     crops = toy_crops()
-    bank = Bank(
+    bank = CropBank(
         np.stack([np.pad(crop.pixels, ((0, 12), (0, 12), (0, 0))) for crop in crops]),
         np.tile(np.float32([0.14, 0.14, 0.7, 0.7]), (len(crops), 1)),
         np.array([crop.class_id for crop in crops]),

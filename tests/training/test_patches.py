@@ -8,7 +8,7 @@ import pytest
 
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.window import Window
-from tsr_engine.training.patches import PATCH, drawn_distortion, sign_windows
+from tsr_engine.training.patches import PATCH, random_distortion, sign_windows
 
 BOX = np.array([100.0, 60.0, 148.0, 108.0])
 
@@ -66,7 +66,7 @@ def test_no_distortion_is_the_identity() -> None:
 
 def test_distortions_keep_the_area_and_stay_within_two_standard_deviations() -> None:
     rng = np.random.default_rng(3)
-    drawn = [drawn_distortion(rng, 0.06, 4.0) for _ in range(400)]
+    drawn = [random_distortion(rng, 0.06, 4.0) for _ in range(400)]
     sizes = np.array([np.linalg.norm(d, axis=0) for d in drawn])
     np.testing.assert_allclose([np.linalg.det(d) for d in drawn], 1.0, atol=1e-12)
     stretch = np.log(sizes[:, 0])

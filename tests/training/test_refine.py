@@ -15,16 +15,16 @@ from tsr_engine.detection.prior import parzen
 from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.geometry.boxes import to_cxcywh, to_xyxy
 from tsr_engine.io.models import SHIPPED, Component, load_component
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.memory import Samples, samples_at
-from tsr_engine.training.mining import read_picture
 from tsr_engine.training.refine_classifier import ClassifierRefinement, refine_classifier, sign_crops, with_labels
 from tsr_engine.training.refine_detector import DetectorRefinement, refine_detector
 from tsr_engine.training.refine_online import refine_online
 from tsr_engine.training.refine_prior import blended_table, refined_lambda
-from tsr_engine.training.refine_windows import Cutting, loosened
+from tsr_engine.training.refine_windows import Cutting, with_margin
 
 
 def check_progress(stage: str, done: int, total: int) -> None:
@@ -90,12 +90,12 @@ class TestBoosting:
 
 def test_loosening_inverts_the_box_inset() -> None:
     boxes = np.array([[10.0, 20, 50, 70], [3, 4, 30, 28]])
-    np.testing.assert_allclose(BoxInset.of(DetectorParams()).apply(loosened(boxes)), boxes)
+    np.testing.assert_allclose(BoxInset.of(DetectorParams()).apply(with_margin(boxes)), boxes)
 
 
 def _raw(model: AcfModel, scenes: list[CorrectedScene]) -> np.ndarray:
     return np.concatenate(
-        [samples_at(model, read_picture(s.scene), loosened(s.scene.boxes)).raw(model) for s in scenes]
+        [samples_at(model, read_picture(s.scene.path), with_margin(s.scene.boxes)).raw(model) for s in scenes]
     )
 
 
@@ -139,7 +139,7 @@ def test_the_box_refinement_follows_corrected_boxes(
         return replace(scene, scene=replace(scene.scene, boxes=to_xyxy(boxes)))
 
     def width(model: AcfModel, scene: CorrectedScene) -> float:
-        boxes = model.box_refinement.refine(read_picture(scene.scene), loosened(scene.scene.boxes))
+        boxes = model.box_refinement.refine(read_picture(scene.scene.path), with_margin(scene.scene.boxes))
         return float(to_cxcywh(boxes)[:, 2].mean())
 
     as_drawn = refine_detector(model, scenes[:7], remembered, DetectorRefinement(), 0, check_progress)[0]

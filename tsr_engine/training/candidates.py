@@ -14,11 +14,12 @@ from tsr_engine.detection.nms import suppress
 from tsr_engine.evaluation.detection import DetectionScore, match, score_detections
 from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.augment import other_camera
 from tsr_engine.training.calibration import fit_calibration
-from tsr_engine.training.mining import read_picture
+from tsr_engine.training.mining import best_overlap
 from tsr_engine.training.progress import Progress
 
 __all__ = ["Candidates", "candidates_of", "log_odds_of", "score_candidates"]
@@ -51,7 +52,7 @@ class Candidates:
 def candidates_of(
     model: AcfModel,
     scenes: Sequence[Scene],
-    tick: Progress,
+    progress: Progress,
     other_cameras: np.random.Generator | None = None,
     nested: float = 0.0,
 ) -> list[Candidates]:
@@ -60,7 +61,7 @@ def candidates_of(
     Args:
         model: the detector's model; its log-odds are not used.
         scenes: the scenes to search.
-        tick: progress.
+        progress: progress.
         other_cameras: source of changes as by other cameras; None: pictures are not changed.
         nested: see :class:`~tsr_engine.detection.acf.AcfDetector`.
 
@@ -70,8 +71,8 @@ def candidates_of(
     detector = AcfDetector(model, params=DetectorParams(second_core=False), nested=nested)
     out = []
     for number, scene in enumerate(scenes):
-        tick("candidates", number, len(scenes))
-        picture = read_picture(scene)
+        progress("candidates", number, len(scenes))
+        picture = read_picture(scene.path)
         if other_cameras is not None:
             picture = other_camera(picture, other_cameras)
         boxes, _ = detector.candidates(picture)
@@ -89,9 +90,9 @@ def log_odds_of(found: Sequence[Candidates]) -> LogOdds:
     """
     scored, labels = [], []
     for one in found:
-        overlap = _best(one.boxes, one.scene.boxes)
+        overlap = best_overlap(one.boxes, one.scene.boxes)
         on = overlap >= _ON_A_SIGN
-        clear = on | ((overlap < _OFF_ALL_SIGNS) & (_best(one.boxes, one.scene.ignored) < _OFF_ALL_SIGNS))
+        clear = on | ((overlap < _OFF_ALL_SIGNS) & (best_overlap(one.boxes, one.scene.ignored) < _OFF_ALL_SIGNS))
         scored.append(np.stack([one.verifier, one.sign_verifier], axis=1)[clear])
         labels.append(np.where(on[clear], 1.0, -1.0))
     every = np.concatenate(labels)
@@ -124,8 +125,3 @@ def score_candidates(found: Sequence[Candidates], raw: Sequence[FloatArray], lea
         counts = hit | (touched < _ON_A_SIGN)
         results.append((boxes[counts], scores[counts], truth))
     return score_detections(results)
-
-
-def _best(boxes: FloatArray, others: FloatArray) -> FloatArray:
-    """Largest overlap (IoU) of each box with any other, shape (n,)."""
-    return np.asarray(iou(boxes, others).max(axis=1, initial=0.0))

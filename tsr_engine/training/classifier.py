@@ -17,11 +17,11 @@ from tsr_engine.recognition.classifier import COMPONENT, GEOMETRY, SignClassifie
 from tsr_engine.recognition.descriptor import LENGTH, SIDE, describe_patches
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.classifier_augmentation import LoadedCrop, jittered_view, load_crop
+from tsr_engine.training.classifier_augmentation import LoadedCrop, jittered_view, load_crop, view_strength
 from tsr_engine.training.classifier_figures import held_out_figures
 from tsr_engine.training.classifier_network import Network, NetworkSettings, Wanted
-from tsr_engine.training.drawn_signs import DRAWN_CLASSES, ROAD, Lettering, drawn_crop
-from tsr_engine.training.inset_signs import INSET_CLASSES, inset_crop
+from tsr_engine.training.drawn_signs import drawn_crops
+from tsr_engine.training.inset_signs import inset_crops
 from tsr_engine.training.progress import Progress
 
 _REFIT_RATE = 0.4
@@ -81,16 +81,16 @@ def train_classifier(
         InputError: missing or damaged data, or a class without pictures.
     """
     settings = settings or ClassifierSettings()
-    report: Progress = progress or (lambda stage, done, total: None)
+    progress = progress or (lambda stage, done, total: None)
     items = [item for item in read_items(folder) if item.track is not None]
     require_all_classes(items, folder)
     training, held = split_by_track(items, settings.held_out, seed)
-    crops = load_all(training, report, "read training pictures")
-    held_crops = load_all(held, report, "read held-out pictures")
-    component = train_on_split(crops, held_crops, settings, seed, report)
+    crops = load_all(training, progress, "read training pictures")
+    held_crops = load_all(held, progress, "read held-out pictures")
+    component = train_on_split(crops, held_crops, settings, seed, progress)
     figures = component.figures
     if settings.refit_steps:
-        arrays = refit_arrays(component.arrays, crops + held_crops, settings, seed, report, "train on all tracks")
+        arrays = refit_arrays(component.arrays, crops + held_crops, settings, seed, progress, "train on all tracks")
         component = _component(arrays, float(component.params["temperature"]))
     return replace(
         component,
@@ -113,7 +113,7 @@ def train_on_split(
     held: Sequence[LoadedCrop],
     settings: ClassifierSettings,
     seed: int,
-    report: Progress | None = None,
+    progress: Progress | None = None,
 ) -> Component:
     """Train on some tracks; the others give temperature and figures.
 
@@ -122,9 +122,9 @@ def train_on_split(
         held: crops of other tracks.
         settings: ``held_out`` and ``refit_steps`` are not used.
         seed: of weights and views.
-        report: called as the work proceeds.
+        progress: called as the work proceeds.
     """
-    arrays = fit_arrays(crops, settings, seed, report or (lambda stage, done, total: None), "train on the split")
+    arrays = fit_arrays(crops, settings, seed, progress or (lambda stage, done, total: None), "train on the split")
     trial = SignClassifier.from_component(_component(arrays, 1.0))
     temperature, figures = held_out_figures(trial, held, seed)
     return replace(_component(arrays, temperature), figures=figures, seed=seed)
@@ -144,7 +144,7 @@ def require_all_classes(items: Sequence[CropItem], folder: Path) -> None:
         )
 
 
-def load_all(items: Sequence[CropItem], report: Progress, stage: str) -> list[LoadedCrop]:
+def load_all(items: Sequence[CropItem], progress: Progress, stage: str) -> list[LoadedCrop]:
     """Decode items into memory (about 8 KB each).
 
     Raises:
@@ -154,7 +154,7 @@ def load_all(items: Sequence[CropItem], report: Progress, stage: str) -> list[Lo
     for i, item in enumerate(items):
         crops.append(load_crop(item))
         if i % 500 == 499 or i == len(items) - 1:
-            report(stage, i + 1, len(items))
+            progress(stage, i + 1, len(items))
     return crops
 
 
@@ -162,7 +162,7 @@ def fit_arrays(
     crops: Sequence[LoadedCrop],
     settings: ClassifierSettings,
     seed: int,
-    report: Progress,
+    progress: Progress,
     stage: str,
     unseen: Container[int] = (),
 ) -> dict[str, NDArray[np.generic]]:
@@ -172,7 +172,7 @@ def fit_arrays(
     """
     network = Network(settings.network, seed)
     views = _views(crops, settings, settings.steps, np.random.default_rng([seed, 1]), unseen)
-    return descend(network, views, settings.steps, report, stage)
+    return descend(network, views, settings.steps, progress, stage)
 
 
 def refit_arrays(
@@ -180,21 +180,21 @@ def refit_arrays(
     crops: Sequence[LoadedCrop],
     settings: ClassifierSettings,
     seed: int,
-    report: Progress,
+    progress: Progress,
     stage: str,
 ) -> dict[str, NDArray[np.generic]]:
     """Train on from given weights, at a reduced rate, on other pictures."""
     network = Network(replace(settings.network, rate=settings.network.rate * _REFIT_RATE), seed + 1)
     network.resume(arrays)
     views = _views(crops, settings, settings.refit_steps, np.random.default_rng([seed, 3]))
-    return descend(network, views, settings.refit_steps, report, stage)
+    return descend(network, views, settings.refit_steps, progress, stage)
 
 
 def descend(
     network: Network,
     views: Iterator[tuple[NDArray[np.float32], Wanted]],
     steps: int,
-    report: Progress,
+    progress: Progress,
     stage: str,
 ) -> dict[str, NDArray[np.generic]]:
     """Take the steps; the average of the last weights, matrices as float16, which is how they are stored and used."""
@@ -202,7 +202,7 @@ def descend(
         descriptors, labels = next(views)
         network.train_step(descriptors, labels, step / steps)
         if step % 25 == 24 or step == steps - 1:
-            report(stage, step + 1, steps)
+            progress(stage, step + 1, steps)
     half = {"filters", "hidden", "weights"}
     return {key: value.astype(np.float16 if key in half else np.float32) for key, value in network.average.items()}
 
@@ -228,7 +228,7 @@ def _views(
             chance = np.concatenate([chance * (1 - share), np.full(len(others), share / len(others))])
     yield from shown_views(
         crops, chance, settings.batch, settings.showings, generator,
-        lambda made: _strength(made * settings.showings / steps, settings),
+        lambda made: view_strength(made * settings.showings / steps, settings.calm, settings.calm_strength),
         partial(jittered_view, unseen=unseen),
     )  # fmt: skip
 
@@ -276,28 +276,6 @@ def shown_views(
         for _ in range(showings - 1):
             again = generator.integers(0, min(made, _RECENT) * batch, batch)
             yield descriptors[again], labels[again]
-
-
-def drawn_crops(each: int, generator: np.random.Generator, lettering: Lettering = ROAD) -> list[LoadedCrop]:
-    """Drawn crops for one training, so many of each class that is drawn."""
-    return [drawn_crop(class_id, generator, lettering) for class_id in DRAWN_CLASSES for _ in range(each)]
-
-
-def inset_crops(crops: Sequence[LoadedCrop], each: int, generator: np.random.Generator) -> list[LoadedCrop]:
-    """For one training, so many crops of each limit among ``crops`` with smaller digits, from random ones of them."""
-    made = []
-    for class_id in INSET_CLASSES:
-        own = [crop for crop in crops if crop.class_id == class_id]
-        made += [inset_crop(own[k], generator) for k in generator.integers(0, len(own), each)] if own else []
-    return made
-
-
-def _strength(progress: float, settings: ClassifierSettings) -> float:
-    """Strength of the views when a share of the steps is done: the last ones are close to what will be read."""
-    if settings.calm <= 0:
-        return 1.0
-    fallen = min(max((progress - 1 + settings.calm) / settings.calm, 0.0), 1.0)
-    return 1.0 + fallen * (settings.calm_strength - 1.0)
 
 
 def _component(arrays: dict[str, NDArray[np.generic]], temperature: float) -> Component:

@@ -164,6 +164,20 @@ def jittered_view(
     return np.ascontiguousarray(patch), class_id
 
 
+def view_strength(done: float, calm: float, calm_strength: float) -> float:
+    """Strength of the views at a point of a training: the last views are close to what will be read.
+
+    Args:
+        done: share of the steps that are done, in [0, 1].
+        calm: share of the steps, at the end, over which the strength falls from 1.
+        calm_strength: strength of the last views, in [0, 1].
+    """
+    if calm <= 0:
+        return 1.0
+    fallen = min(max((done - 1 + calm) / calm, 0.0), 1.0)
+    return 1.0 + fallen * (calm_strength - 1.0)
+
+
 def disturbed(patch: Picture, generator: np.random.Generator, strength: float) -> Picture:
     """Change a 48x48 patch as another camera, another light and distance would.
 

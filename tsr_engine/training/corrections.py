@@ -44,16 +44,16 @@ class Sampling:
         signs: frames of each sign, spread over its sizes.
         rejected: frames of each rejected track.
         background: further frames of each reviewed video, evenly spread.
-        least: narrowest sign that is used, px.
-        most: largest number of signs, and of rejected tracks, of all videos together; beyond it they are drawn at
+        min_width: narrowest sign that is used, px.
+        max_tracks: largest number of signs, and of rejected tracks, of all videos together; beyond it they are drawn at
             random, all classes equally often. Training time grows with this number.
     """
 
     signs: int = 12
     rejected: int = 6
     background: int = 10
-    least: float = 14.0
-    most: int = 200
+    min_width: float = 14.0
+    max_tracks: int = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +130,7 @@ def corrected_scenes(
     """
     report: Progress = progress or (lambda *_: None)
     out: list[CorrectedScene] = []
-    chosen = _choose_tracks(dataset, sampling.most, seed)
+    chosen = _choose_tracks(dataset, sampling.max_tracks, seed)
     for number, video in enumerate(dataset.videos):
         video_pictures = pictures[number] if number < len(pictures) else {}
         if not is_reviewed(video) or (video.path is None and not video_pictures):
@@ -155,7 +155,7 @@ class _Frame:
     rejected: list[FloatArray] = field(default_factory=list)
 
 
-def _choose_tracks(dataset: Dataset, most: int, seed: int) -> frozenset[tuple[str, str]]:
+def _choose_tracks(dataset: Dataset, max_tracks: int, seed: int) -> frozenset[tuple[str, str]]:
     """(video, uid) of the tracks to use: all, or the largest allowed number in rounds over the classes."""
     rng = np.random.default_rng([seed, 61])
     kinds: dict[str, dict[int, list[tuple[str, str]]]] = {"sign": {}, "rejected": {}}
@@ -168,7 +168,7 @@ def _choose_tracks(dataset: Dataset, most: int, seed: int) -> frozenset[tuple[st
     for by_class in kinds.values():
         queues = [[names[i] for i in rng.permutation(len(names))] for _, names in sorted(by_class.items())]
         rounds = [queue[k] for k in range(max(map(len, queues), default=0)) for queue in queues if k < len(queue)]
-        chosen += rounds[:most]
+        chosen += rounds[:max_tracks]
     return frozenset(chosen)
 
 
@@ -178,7 +178,7 @@ def _scenes_of_video(
     frames = {k: _Frame() for k in files}
     name = video_name(video)
     for track in video.tracks():
-        _add_track(frames, track, f"{name}/{track.uid}", sampling.least, (name, track.uid) in chosen)
+        _add_track(frames, track, f"{name}/{track.uid}", sampling.min_width, (name, track.uid) in chosen)
     scenes = []
     for number, frame in frames.items():
         scene = Scene(
@@ -196,10 +196,10 @@ def _rows(boxes: Sequence[FloatArray]) -> FloatArray:
     return np.array(boxes, dtype=np.float64).reshape(-1, 4)
 
 
-def _add_track(frames: dict[int, _Frame], track: Track, sign: str, least: float, chosen: bool) -> None:
+def _add_track(frames: dict[int, _Frame], track: Track, sign: str, min_width: float, chosen: bool) -> None:
     """Add a track to the frames that are used."""
     kind = verdict(track) if chosen else "unknown"
-    clear = _is_clear(track, least)
+    clear = _is_clear(track, min_width)
     ignored = np.zeros(len(track.frames), np.bool_) if track.ignore is None else track.ignore
     for i in np.flatnonzero(np.isin(track.frames, list(frames))):
         frame, box = frames[int(track.frames[i])], track.boxes[i]
@@ -214,9 +214,9 @@ def _add_track(frames: dict[int, _Frame], track: Track, sign: str, least: float,
             frame.ignored.append(box)
 
 
-def _is_clear(track: Track, least: float) -> NDArray[np.bool_]:
+def _is_clear(track: Track, min_width: float) -> NDArray[np.bool_]:
     """Whether each box of a track shows the sign well enough, shape (n,)."""
-    is_wide = (track.boxes[:, 2:] - track.boxes[:, :2]).min(axis=1) >= least
+    is_wide = (track.boxes[:, 2:] - track.boxes[:, :2]).min(axis=1) >= min_width
     is_clear = is_wide & ~track.occluded
     return np.asarray(is_clear if track.ignore is None else is_clear & ~track.ignore)
 
@@ -231,8 +231,9 @@ def _frames_to_decode(video: DatasetVideo, sampling: Sampling, chosen: frozenset
         kind = verdict(track)
         if kind == "unknown" or (video_name(video), track.uid) not in chosen:
             continue
-        usable = np.flatnonzero(_is_clear(track, sampling.least)) if kind == "sign" else np.arange(len(track.frames))
-        count = sampling.signs if kind == "sign" else sampling.rejected
+        usable, count = np.arange(len(track.frames)), sampling.rejected
+        if kind == "sign":
+            usable, count = np.flatnonzero(_is_clear(track, sampling.min_width)), sampling.signs
         if len(usable):
             wanted.append(track.frames[usable][_spread_indices(track.boxes[usable], count)])
     frames = np.unique(np.concatenate(wanted).astype(np.int64))

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.window import Window
+from tsr_engine.geometry.boxes import area, to_cxcywh
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem, read_picture, tracks_of
+from tsr_engine.io.pictures import read_picture as read_scene
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
-from tsr_engine.training.mining import read_picture as read_scene
 from tsr_engine.training.patches import PATCH, jitter, window_features
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.yellow_grounds import sometimes_yellow
@@ -30,7 +31,7 @@ def crop_windows(
     window: Window,
     frames: int,
     rng: np.random.Generator,
-    tick: Progress,
+    progress: Progress,
     yellow: float = 0.0,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
     """Windows from a few frames of every track.
@@ -41,17 +42,17 @@ def crop_windows(
         window: the detector's window.
         frames: windows a track.
         rng: randomness.
-        tick: progress.
+        progress: progress.
         yellow: share of the windows with a yellow ground, of signs that have one.
 
     Returns:
         Features (n, features), uint8, and class ids (n,).
     """
-    backgrounds = [read_scene(scenes[i]) for i in rng.permutation(len(scenes))[:12]]
+    backgrounds = [read_scene(scenes[i].path) for i in rng.permutation(len(scenes))[:12]]
     features, classes = [], []
     tracks = tracks_of(crops)
     for number, (_, items) in enumerate(sorted(tracks.items())):
-        tick("crops", number, len(tracks))
+        progress("crops", number, len(tracks))
         for i in rng.choice(len(items), min(frames, len(items)), replace=False):
             item = items[i]
             if item.roi is None or item.class_id is None:
@@ -78,8 +79,8 @@ def over_background(crop: Picture, box: FloatArray, scene: Picture, sign: float,
     side = float(rng.uniform(20, 60))
     x, y = rng.uniform(0, scene.shape[1] - side), rng.uniform(0, scene.shape[0] - side)
     back = cut_patch(scene, np.array([x, y, x + side, y + side]), sign, PATCH).astype(np.float32)
-    scale = sign / np.sqrt((target[2] - target[0]) * (target[3] - target[1]))
-    cx, cy = (target[0] + target[2]) / 2, (target[1] + target[3]) / 2
+    scale = sign / np.sqrt(area(target))
+    cx, cy, _, _ = to_cxcywh(target)
     low_x, high_x = PATCH / 2 - cx * scale, PATCH / 2 + (crop.shape[1] - cx) * scale
     low_y, high_y = PATCH / 2 - cy * scale, PATCH / 2 + (crop.shape[0] - cy) * scale
     grid = np.arange(PATCH) + 0.5

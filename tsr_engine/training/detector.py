@@ -20,17 +20,19 @@ from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.training.box_refinement import BoxRefinementPlan, train_box_refinement
 from tsr_engine.training.classifier import load_all
 from tsr_engine.training.crops import crop_windows
-from tsr_engine.training.mining import PictureChanges, aligned_windows, background_windows, hard_windows, read_picture
+from tsr_engine.training.mining import PictureChanges, aligned_windows, background_windows, hard_windows
 from tsr_engine.training.parallel import map_on_cores
 from tsr_engine.training.patches import sign_windows
 from tsr_engine.training.power_law import measure_lambdas
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.refinement import RefinementPlan, train_refine_stage
-from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops, sign_crops, train_sign_verifier
+from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops, surrounded_signs, train_sign_verifier
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +101,7 @@ class DetectorPlan:
 
 
 def fit_detector(
-    scenes: Sequence[Scene], crops: Sequence[CropItem], plan: DetectorPlan, seed: int, tick: Progress
+    scenes: Sequence[Scene], crops: Sequence[CropItem], plan: DetectorPlan, seed: int, progress: Progress
 ) -> tuple[AcfModel, JsonObject]:
     """Train a detector.
 
@@ -108,7 +110,7 @@ def fit_detector(
         crops: GTSRB crops as further signs; may be empty.
         plan: the settings.
         seed: seed of all randomness.
-        tick: progress.
+        progress: progress.
 
     Returns:
         The model and a record of the training.
@@ -122,21 +124,21 @@ def fit_detector(
         raise ValueError("A detector is trained on scenes with signs. Got none.")
     rng = np.random.default_rng(seed)
     window = Window()
-    lambdas = measure_lambdas(read_picture(s) for s in scenes[:: max(1, len(scenes) // 40)])
+    lambdas = measure_lambdas(read_picture(s.path) for s in scenes[:: max(1, len(scenes) // 40)])
     pyramid = PyramidPlan(window.shrink, plan.per_octave, plan.computed_per_octave, lambdas)
     finer = replace(pyramid, computed_per_octave=plan.computed_in_training)
-    positives, weights = sign_positives(scenes, crops, window, finer, plan, rng, tick)
-    cascade, negatives = fit_cascade(positives, weights, scenes, window, finer, plan, rng, tick)
+    positives, weights = sign_positives(scenes, crops, window, finer, plan, rng, progress)
+    cascade, negatives = fit_cascade(positives, weights, scenes, window, finer, plan, rng, progress)
     # Later stages use a separate generator, so that other stages can be trained for the same cascade.
     rng = np.random.default_rng([seed, 29])
-    refine_stage = train_refine_stage(scenes, cascade, window, pyramid, plan.refinement, rng, tick)
+    refine_stage = train_refine_stage(scenes, cascade, window, pyramid, plan.refinement, rng, progress)
     rng = np.random.default_rng([seed, 31])
-    background = background_crops(scenes, cascade, window, pyramid, refine_stage, plan.sign_verifier, rng, tick)
-    read = load_all([item for item in crops if item.class_id is not None], tick, "crops")
-    signs_of_scenes = sign_crops(scenes)
-    sign_verifier = train_sign_verifier(read, signs_of_scenes, background, plan.sign_verifier, rng, tick)
+    background = background_crops(scenes, cascade, window, pyramid, refine_stage, plan.sign_verifier, rng, progress)
+    read = load_all([item for item in crops if item.class_id is not None], progress, "crops")
+    signs_of_scenes = surrounded_signs(scenes)
+    sign_verifier = train_sign_verifier(read, signs_of_scenes, background, plan.sign_verifier, rng, progress)
     rng = np.random.default_rng([seed, 37])
-    box_refinement = train_box_refinement(read, signs_of_scenes, plan.box_refinement, rng, tick)
+    box_refinement = train_box_refinement(read, signs_of_scenes, plan.box_refinement, rng, progress)
     model = AcfModel(window, pyramid, cascade, refine_stage, sign_verifier, box_refinement, UNFITTED)
     record = {
         "scenes": len(scenes),
@@ -158,7 +160,7 @@ def fit_cascade(
     pyramid: PyramidPlan,
     plan: DetectorPlan,
     rng: np.random.Generator,
-    tick: Progress,
+    progress: Progress,
 ) -> tuple[TreeEnsemble, int]:
     """Train the cascade in rounds, with hard negatives from the scenes in between.
 
@@ -170,23 +172,23 @@ def fit_cascade(
         pyramid: the pyramid of the training.
         plan: see :class:`DetectorPlan`.
         rng: source of all randomness.
-        tick: progress.
+        progress: progress.
 
     Returns:
         The cascade with its floors, and the number of negatives in the last round.
     """
     few = [scenes[i] for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 3)]]
-    negatives = background_windows(few, window, pyramid, 3 * plan.random_per_scene, rng, tick)
+    negatives = background_windows(few, window, pyramid, 3 * plan.random_per_scene, rng, progress)
     cascade, changed = None, PictureChanges(plan.relit, (1 - plan.relit) * plan.other_cameras)
     for number, trees in enumerate(plan.rounds):
-        tick(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others", 0, 1)
+        progress(f"round {number + 1}: {trees} trees, {len(positives)} signs, {len(negatives)} others", 0, 1)
         boosting = BoostingPlan(trees, plan.depth, plan.feature_share, plan.shrinkage)
         cascade = with_floors(boost(positives, negatives, boosting, rng, window.cells, weights), plan.floors)
         if number == len(plan.rounds) - 1:
             break
         count = max(1, round(len(scenes) * plan.mining_share[number]))
         searched = [scenes[i] for i in rng.permutation(len(scenes))[:count]]
-        hard = hard_windows(searched, cascade, window, pyramid, plan.per_scene, rng, changed, tick)
+        hard = hard_windows(searched, cascade, window, pyramid, plan.per_scene, rng, changed, progress)
         negatives = _thinned(negatives, hard, plan.most_negatives, rng)
     assert cascade is not None
     return cascade, len(negatives)
@@ -207,17 +209,17 @@ def sign_positives(
     pyramid: PyramidPlan,
     plan: DetectorPlan,
     rng: np.random.Generator,
-    tick: Progress,
+    progress: Progress,
 ) -> tuple[NDArray[np.uint8], NDArray[np.float64]]:
     """Windows of signs and their weights: rare classes weigh more, and crops half as much as scenes."""
-    frequency = np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=43)
+    frequency = np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=CLASS_COUNT)
     windows, weights = [], []
 
     def of_scene(numbered: tuple[int, Scene], own: np.random.Generator) -> list[tuple[NDArray[np.uint8], float]]:
         number, scene = numbered
         if not len(scene.boxes):
             return []
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         made = []
         for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
             cut = sign_windows(
@@ -231,15 +233,14 @@ def sign_positives(
                 made.append((aligned, float(frequency[scene.class_ids].min() ** -0.5 * len(scene.boxes))))
         return made
 
-    for number, made in enumerate(map_on_cores(of_scene, list(enumerate(scenes)), rng)):
-        tick("signs", number, len(scenes))
+    for made in map_on_cores(of_scene, list(enumerate(scenes)), rng, progress, "signs"):
         for cut, weight in made:
             windows.append(cut)
             weights.append(np.full(len(cut), weight / len(cut)))
     scene_weight = sum(float(w.sum()) for w in weights)
     if crops and plan.crop_frames:
-        cut, classes = crop_windows(crops, scenes, window, plan.crop_frames, rng, tick, plan.yellow)
-        of_class = np.bincount(classes, minlength=43)
+        cut, classes = crop_windows(crops, scenes, window, plan.crop_frames, rng, progress, plan.yellow)
+        of_class = np.bincount(classes, minlength=CLASS_COUNT)
         share = of_class[classes] ** -0.5
         windows.append(cut)
         weights.append(share * (0.5 * scene_weight / share.sum()))

@@ -23,12 +23,12 @@ from tsr_engine.geometry.boxes import non_overlap
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.io.models import Component
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.candidates import candidates_of, log_odds_of
 from tsr_engine.training.detector import DetectorPlan, fit_detector
-from tsr_engine.training.mining import read_picture
 from tsr_engine.training.progress import Progress, named
 
 AS_ANNOTATED = DetectorParams(second_core=False, keep_score=-8.0, inset_width=1.0, inset_height=1.0, inset_rise=0.0)
@@ -108,7 +108,7 @@ def detect_scenes(
     found = []
     for number, scene in enumerate(scenes):
         progress("detecting", number, len(scenes))
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         seen = detector.detect(picture)
         found.append((seen.boxes, seen.raw_scores, scene.boxes, (picture.shape[1], picture.shape[0])))
     return found
@@ -135,7 +135,7 @@ def score_figures(score: DetectionScore) -> JsonObject:
 
 
 def mean_error(found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]]) -> float:
-    """Mean Eq. 7 over the detected signs; 1 if there is none."""
+    """Mean Eq. 7 over the detected signs, in [0, 1]; 1 if there is none."""
     errors = []
     for boxes, raw, truth, _ in found:
         _, which = match(boxes, raw, truth)
@@ -155,7 +155,7 @@ def train_prior(scenes: Sequence[Scene], detector: Component, seed: int, progres
     """
     train, calibrate, report = split_scenes(scenes, seed)
     progress("density", 0, 2)
-    size = read_picture(scenes[0]).shape
+    size = read_picture(scenes[0].path).shape
     table = parzen(_centres(train, size), BANDWIDTH)
     boxes, raw, labels = (detector.arrays[f"heldout_{n}"].astype(np.float64) for n in ("boxes", "raw", "labels"))
     scene_of, boxes = boxes[:, 0].astype(int), boxes[:, 1:]

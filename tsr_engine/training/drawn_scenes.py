@@ -16,12 +16,12 @@ import numpy as np
 
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.pictograms import draw, names
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.gtsdb_signs import LABEL_SET
-from tsr_engine.training.mining import read_picture
 
 __all__ = ["COMMON", "OTHER_BOARDS", "DrawnScenesPlan", "drawn_keys", "drawn_scenes", "paste", "turned"]
 
@@ -98,7 +98,7 @@ def drawn_scenes(scenes: Sequence[Scene], plan: DrawnScenesPlan, folder: Path, r
     out = []
     for number in range(plan.scenes):
         ground = scenes[int(rng.integers(len(scenes)))]
-        picture = read_picture(ground)
+        picture = read_picture(ground.path)
         boxes: list[FloatArray] = []
         labels: list[int] = []
         for _ in range(plan.each):

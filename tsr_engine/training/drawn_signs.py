@@ -20,7 +20,18 @@ from tsr_engine.records import Picture
 from tsr_engine.training.classifier_augmentation import MAX_CROP_PX, LoadedCrop
 from tsr_engine.training.drawn_digits import stroked_digits
 
-__all__ = ["DRAWN_CLASSES", "EMPTY", "HIGH", "LIMITS", "PRINTED", "ROAD", "Lettering", "drawn_crop", "ground"]
+__all__ = [
+    "DRAWN_CLASSES",
+    "EMPTY",
+    "LIMITS",
+    "PRINTED",
+    "ROAD",
+    "SUPERSAMPLING",
+    "Lettering",
+    "drawn_crop",
+    "drawn_crops",
+    "ground",
+]
 
 LIMITS: Final = {0: "20", 1: "30", 2: "50", 3: "60", 4: "70", 5: "80", 7: "100", 8: "120"}
 """Class of GTSRB -> the limit in its red ring, km/h."""
@@ -28,7 +39,7 @@ EMPTY: Final = 15
 """Class of *no vehicles*: the ring alone."""
 _ARROWS: Final = {33: 0.0, 34: 180.0, 35: -90.0, 38: 45.0, 39: 135.0}
 """Class -> direction of its arrow, degrees clockwise from the right."""
-HIGH: Final = 4
+SUPERSAMPLING: Final = 4
 """Signs are drawn larger by this factor and then reduced, which smooths their edges."""
 _Ink = tuple[float, float, float]
 
@@ -49,10 +60,7 @@ class Lettering:
 
 
 PRINTED: Final = Lettering(0.0, 0.5, ("DejaVu Sans", "DejaVu Sans Mono", "DejaVu Serif", "STIXGeneral", "cmss10"))
-"""Printed type faces, which suffice to detect a limit.
-
-The sign verifier score uses them.
-"""
+"""Printed type faces, which suffice to detect a limit: the sign verifier is trained on them."""
 ROAD: Final = Lettering(0.6, 0.25, ("DejaVu Sans", "DejaVu Sans Mono", "cmss10"))
 """Type faces of road authorities, for reading the number."""
 
@@ -73,7 +81,7 @@ def drawn_crop(class_id: int, rng: np.random.Generator, lettering: Lettering = R
     margin = round(MARGIN * MAX_CROP_PX) + 4
     side = MAX_CROP_PX + 2 * margin
     canvas = ground(side, rng)
-    centre, radius = side * HIGH / 2, MAX_CROP_PX * HIGH / 2
+    centre, radius = side * SUPERSAMPLING / 2, MAX_CROP_PX * SUPERSAMPLING / 2
     if class_id in LIMITS or class_id == EMPTY:
         _limit(LIMITS.get(class_id, ""), lettering, canvas, centre, radius, rng)
     else:
@@ -90,7 +98,9 @@ def ground(side: int, rng: np.random.Generator) -> Picture:
     colour = rng.uniform(40, 220, 3)
     coarse = rng.normal(0, rng.uniform(2, 45), (int(rng.integers(3, 14)), int(rng.integers(3, 14)), 1))
     coarse = coarse + rng.normal(0, 8, (*coarse.shape[:2], 3))
-    texture = cv2.resize((coarse + colour).astype(np.float32), (side * HIGH,) * 2, interpolation=cv2.INTER_CUBIC)
+    texture = cv2.resize(
+        (coarse + colour).astype(np.float32), (side * SUPERSAMPLING,) * 2, interpolation=cv2.INTER_CUBIC
+    )
     return np.asarray(np.clip(texture, 0, 255), dtype=np.uint8)
 
 
@@ -177,21 +187,17 @@ def _arrow(degrees: float, canvas: Picture, centre: float, radius: float, rng: n
     reach, shaft = rng.uniform(0.6, 0.82), rng.uniform(0.09, 0.19)
     head, neck = rng.uniform(0.3, 0.55), rng.uniform(0.25, 0.5)
     back = neck * rng.uniform(0.0, 0.4)  # arrowheads with swept-back wings
-    points = np.array(
-        [
-            (reach, 0),
-            (reach - neck, head),
-            (reach - neck + back, shaft),
-            (-reach, shaft),
-            (-reach, -shaft),
-            (reach - neck + back, -shaft),
-            (reach - neck, -head),
-        ]
-    )
+    upper = [(reach - neck, head), (reach - neck + back, shaft), (-reach, shaft)]
+    points = np.array([(reach, 0), *upper, *((x, -y) for x, y in reversed(upper))])
     angle = math.radians(degrees + rng.uniform(-4, 4))
     turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
-    box_refinement = np.round((centre + radius * points @ turn) * 16).astype(np.int32)
-    cv2.fillPoly(canvas, [box_refinement], _ink(235, 235, 235, rng), cv2.LINE_AA, 4)
+    outline = np.round((centre + radius * points @ turn) * 16).astype(np.int32)
+    cv2.fillPoly(canvas, [outline], _ink(235, 235, 235, rng), cv2.LINE_AA, 4)
+
+
+def drawn_crops(each: int, generator: np.random.Generator, lettering: Lettering = ROAD) -> list[LoadedCrop]:
+    """Drawn crops for one training, so many of each class that is drawn."""
+    return [drawn_crop(class_id, generator, lettering) for class_id in DRAWN_CLASSES for _ in range(each)]
 
 
 DRAWN_CLASSES: Final = tuple(sorted({**LIMITS, **_ARROWS}))

@@ -39,14 +39,14 @@ class OpenedExport:
     Attributes:
         dataset: its videos and tracks, with the labels of its own set.
         pictures: per video, frame -> picture of the export; empty if the video itself is available.
-        sides: subset of each (video, sign) in the export's split; empty: no split.
+        split: subset of each (video, sign) in the export's split; empty: no split.
         about: for the lineage: name, SHA-256, format, runs and edit revisions.
         notes: what was left out and why, one sentence each.
     """
 
     dataset: Dataset
     pictures: tuple[Mapping[int, Path], ...]
-    sides: Mapping[tuple[str, str], str]
+    split: Mapping[tuple[str, str], str]
     about: JsonMapping
     notes: tuple[str, ...] = field(default=())
 
@@ -117,8 +117,8 @@ def open_export(
         "videos": [entry["sha256"] for entry in content["videos"]],
         "names": [entry["name"] for entry in content["videos"]],
     }
-    sides = {(str(v), str(uid)): str(side) for v, uid, side in content.get("split", {}).get("tracks", [])}
-    return OpenedExport(Dataset(labels, tuple(videos)), tuple(pictures), sides, about, tuple(dict.fromkeys(notes)))
+    split = {(str(v), str(uid)): str(side) for v, uid, side in content.get("split", {}).get("tracks", [])}
+    return OpenedExport(Dataset(labels, tuple(videos)), tuple(pictures), split, about, tuple(dict.fromkeys(notes)))
 
 
 def _bare(entry: JsonMapping, path: VideoSource | None, limits: VideoLimits | None) -> DatasetVideo:

@@ -12,13 +12,13 @@ from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.evaluation.detection import match, score_detections
 from tsr_engine.geometry.boxes import area, intersection, iou, non_overlap
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import CropClassifier
 from tsr_engine.records import FloatArray
 from tsr_engine.training.classifier_augmentation import plain_view
 from tsr_engine.training.corrections import CorrectedScene
-from tsr_engine.training.mining import read_picture
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.refine_classifier import SignCrop
 
@@ -64,10 +64,12 @@ def hold_out(
     Args:
         scenes: corrected frames.
         seed: decides which.
-        share: of the videos or signs that are held out, at least one.
+        share: of the videos or signs that are held out, at least one; 0: none.
         given_split: subset of each sign in an earlier split (``train``, ``val``, ``test``); what is not ``train`` is
             held out.
     """
+    if share <= 0:
+        return HoldoutSplit(list(scenes))
     names = sorted({sign for scene in scenes for sign in scene.signs})
     rng = np.random.default_rng([seed, 51])
     outside_training = {name for name in names if given_split is not None and given_split.get(name, "train") != "train"}
@@ -120,7 +122,7 @@ def evaluate_detection(
     results, errors = [], []
     for done, scene in enumerate(scenes):
         progress("held-out frames", done, len(scenes))
-        detections, truth = detector.detect(read_picture(scene.scene)), scene.scene.boxes
+        detections, truth = detector.detect(read_picture(scene.scene.path)), scene.scene.boxes
         is_counted = _is_counted(detections.boxes, truth, scene.scene.ignored)
         boxes, scores = detections.boxes[is_counted], detections.scores[is_counted]
         results.append((boxes, scores, truth))
@@ -139,12 +141,9 @@ def evaluate_detection(
 
 def _is_counted(boxes: FloatArray, truth: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
     """Which detections count: those on a sign, and those on no ignored place."""
-    if not len(boxes) or not len(ignored):
-        return np.ones(len(boxes), bool)
     ignored_share = intersection(boxes, ignored) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
     is_ignored = (np.maximum(iou(boxes, ignored), ignored_share) >= 0.5).any(axis=1)
-    is_on_sign = (iou(boxes, truth) >= 0.5).any(axis=1) if len(truth) else np.zeros(len(boxes), bool)
-    return np.asarray(~is_ignored | is_on_sign)
+    return np.asarray(~is_ignored | (iou(boxes, truth) >= 0.5).any(axis=1))
 
 
 def evaluate_reading(classifier: CropClassifier, crops: Sequence[SignCrop]) -> JsonObject:

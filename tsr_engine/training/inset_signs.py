@@ -8,6 +8,7 @@ middle is shrunk, the field between digits and ring is widened, and the ring sta
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import cv2
@@ -18,7 +19,7 @@ from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.training.classifier_augmentation import LoadedCrop
 from tsr_engine.training.drawn_signs import LIMITS
 
-__all__ = ["INSET_CLASSES", "inset_crop"]
+__all__ = ["INSET_CLASSES", "inset_crop", "inset_crops"]
 
 INSET_CLASSES: Final = tuple(LIMITS)
 """GTSRB classes with a limit in a red ring."""
@@ -62,6 +63,15 @@ def inset_crop(crop: LoadedCrop, rng: np.random.Generator) -> LoadedCrop:
     map_y = (y * factor * (height / 2) + cy - 0.5).astype(np.float32)
     pixels = cv2.remap(crop.pixels, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return LoadedCrop(np.asarray(pixels, dtype=np.uint8), crop.box, crop.class_id)
+
+
+def inset_crops(crops: Sequence[LoadedCrop], each: int, generator: np.random.Generator) -> list[LoadedCrop]:
+    """For one training, so many crops of each limit among ``crops`` with smaller digits, from random ones of them."""
+    made = []
+    for class_id in INSET_CLASSES:
+        own = [crop for crop in crops if crop.class_id == class_id]
+        made += [inset_crop(own[k], generator) for k in generator.integers(0, len(own), each)] if own else []
+    return made
 
 
 def _source(radius: NDArray[np.float64], shrunk: float, ring: float) -> NDArray[np.float64]:

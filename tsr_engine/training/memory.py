@@ -22,12 +22,13 @@ from tsr_engine.detection.trees import UNIT
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem, tracks_of
 from tsr_engine.io.models import Component
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.classifier_augmentation import jittered_view, load_crop, plain_view
-from tsr_engine.training.mining import away_from_signs, read_picture
+from tsr_engine.training.mining import away_from_signs
 from tsr_engine.training.patches import PATCH, jitter, window_features
 from tsr_engine.training.progress import Progress
 
@@ -172,14 +173,14 @@ def build_memory(
 def _windows(
     scenes: Sequence[Scene], model: AcfModel, rng: np.random.Generator, progress: Progress
 ) -> tuple[Samples, Samples]:
-    frequency = np.maximum(1, np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=43))
+    frequency = np.maximum(1, np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=CLASS_COUNT))
     detector = AcfDetector(model, params=DetectorParams(second_core=False))
     signs: list[Samples] = []
     others: list[Samples] = []
     weights: list[float] = []
     for number, scene in enumerate(scenes):
         progress("scenes to remember", number, len(scenes))
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
             signs.append(samples_at(model, picture, jitter(box, rng, 0.08, 0.08)[None]))
             weights.append(float(frequency[class_id]) ** -0.5)

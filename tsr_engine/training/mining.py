@@ -6,19 +6,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.channels.compute import CHANNELS
 from tsr_engine.channels.pyramid import Level, PyramidPlan, build_pyramid, level_scales
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.scan import prepare, scan_level
 from tsr_engine.detection.trees import UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
 from tsr_engine.detection.window_merging import merge_windows
-from tsr_engine.errors import InputError
-from tsr_engine.geometry.boxes import iou
+from tsr_engine.geometry.boxes import area, iou
 from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import other_camera, relight, soften
 from tsr_engine.training.parallel import map_on_cores
@@ -26,20 +26,14 @@ from tsr_engine.training.progress import Progress
 
 MIN_WIDTH = 16.0
 """Narrowest sign of the training pyramids, px."""
+MAX_ALIGNED = 4
+"""Largest number of scan windows on one sign in one level."""
+DENSE_TREES = 24
+"""Number of trees that a scan evaluates for every window."""
+MAX_PASSED = 3000
+"""Largest number of windows of one level that a scan returns; the best are taken."""
 SIGN_OVERLAP = 0.35
 """A window with a lower overlap (IoU) with every sign is background."""
-
-
-def read_picture(scene: Scene) -> Picture:
-    """The scene's picture, BGR, uint8.
-
-    Raises:
-        InputError: it cannot be decoded.
-    """
-    picture = cv2.imread(str(scene.path), cv2.IMREAD_COLOR)
-    if picture is None:
-        raise InputError(f"Cannot decode the picture {scene.path}.")
-    return np.asarray(picture, dtype=np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +58,7 @@ def searched_picture(scene: Scene, rng: np.random.Generator, changed: PictureCha
     Near darkness, strong compression and sharpening make sign-like blocks of road and sky that are missing in daylight
     scenes.
     """
-    picture = read_picture(scene)
+    picture = read_picture(scene.path)
     drawn = rng.random()
     if drawn < changed.relit:
         picture = relight(picture, rng)
@@ -79,14 +73,18 @@ def levels(picture: Picture, window: Window, plan: PyramidPlan) -> Iterator[Leve
 
 
 def background_windows(
-    scenes: Sequence[Scene], window: Window, plan: PyramidPlan, per_scene: int, rng: np.random.Generator, tick: Progress
+    scenes: Sequence[Scene],
+    window: Window,
+    plan: PyramidPlan,
+    per_scene: int,
+    rng: np.random.Generator,
+    progress: Progress,
 ) -> NDArray[np.uint8]:
     """Random windows without a sign, spread over the levels by their size; shape (n, features)."""
-    out = []
 
     def drawn(scene: Scene, own: np.random.Generator) -> list[NDArray[np.uint8]]:
         taken = []
-        found = list(levels(read_picture(scene), window, plan))
+        found = list(levels(read_picture(scene.path), window, plan))
         sizes = [level.cells.shape[1] * level.cells.shape[2] for level in found]
         for level, size in zip(found, sizes, strict=True):
             ny, nx = (n - window.cells + 1 for n in level.cells.shape[1:])
@@ -99,27 +97,27 @@ def background_windows(
                 taken.append(window.gather(y[clear], x[clear], level))
         return taken
 
-    for number, taken in enumerate(map_on_cores(drawn, scenes, rng)):
-        tick("random background", number, len(scenes))
-        out += taken
-    return np.concatenate(out)
+    found = map_on_cores(drawn, scenes, rng, progress, "random background")
+    return np.concatenate([windows for taken in found for windows in taken])
 
 
-def away_from_signs(boxes: FloatArray, signs: FloatArray) -> NDArray[np.bool_]:
-    """Which boxes overlap no sign by ``SIGN_OVERLAP`` or more; shape (n,)."""
-    if not len(signs):
-        return np.ones(len(boxes), np.bool_)
-    return np.asarray(iou(boxes, signs).max(axis=1) < SIGN_OVERLAP)
+def best_overlap(boxes: FloatArray, others: FloatArray) -> FloatArray:
+    """Largest overlap (IoU) of each box with any other, in [0, 1], shape (n,); 0 without others."""
+    return np.asarray(iou(boxes, others).max(axis=1, initial=0.0))
 
 
-def aligned_windows(scene: Scene, window: Window, plan: PyramidPlan, per_level: int = 4) -> NDArray[np.uint8]:
+def away_from_signs(boxes: FloatArray, signs: FloatArray, overlap: float = SIGN_OVERLAP) -> NDArray[np.bool_]:
+    """Which boxes overlap every sign by less than ``overlap`` (IoU); shape (n,)."""
+    return np.asarray(best_overlap(boxes, signs) < overlap)
+
+
+def aligned_windows(scene: Scene, window: Window, plan: PyramidPlan) -> NDArray[np.uint8]:
     """Windows of the scan on the scene's signs, including approximated levels; shape (n, features)."""
-    out = [np.zeros((0, 10 * window.cells**2), np.uint8)]
-    for level in levels(read_picture(scene), window, plan):
+    out = [np.zeros((0, CHANNELS * window.cells**2), np.uint8)]
+    for level in levels(read_picture(scene.path), window, plan):
         ny, nx = (n - window.cells + 1 for n in level.cells.shape[1:])
         for box in scene.boxes:
-            side = np.sqrt((box[2] - box[0]) * (box[3] - box[1]))
-            if abs(np.log(window.sign / level.scale_x / side)) > 0.12:
+            if abs(np.log(window.sign / level.scale_x / np.sqrt(area(box)))) > 0.12:
                 continue
             half = window.side / 2
             col = ((box[0] + box[2]) / 2 * level.scale_x - half) / window.shrink + window.pad
@@ -128,7 +126,7 @@ def aligned_windows(scene: Scene, window: Window, plan: PyramidPlan, per_level: 
             inside = (y >= 0) & (y < ny) & (x >= 0) & (x < nx)
             y, x = y[inside], x[inside]
             overlap = iou(window.to_boxes(y, x, level), box[None])[:, 0]
-            best = np.argsort(-overlap, kind="stable")[:per_level]
+            best = np.argsort(-overlap, kind="stable")[:MAX_ALIGNED]
             best = best[overlap[best] > 0.72]
             if len(best):
                 out.append(window.gather(y[best], x[best], level))
@@ -136,7 +134,7 @@ def aligned_windows(scene: Scene, window: Window, plan: PyramidPlan, per_level: 
 
 
 def scan_scene(
-    picture: Picture, ensemble: TreeEnsemble, window: Window, plan: PyramidPlan, dense: int = 24, limit: int = 3000
+    picture: Picture, ensemble: TreeEnsemble, window: Window, plan: PyramidPlan
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int64], dict[int, Level]]:
     """All windows of a picture that pass a cascade.
 
@@ -146,11 +144,11 @@ def scan_scene(
     boxes, scores, places, kept = [np.zeros((0, 4))], [np.zeros(0)], [np.zeros((0, 3), np.int64)], {}
     for level in levels(picture, window, plan):
         nodes = prepare(ensemble, level.cells.shape[1], level.cells.shape[2], level.gains)
-        y, x, score = scan_level(level.cells, ensemble, min(dense, len(ensemble)), nodes)
+        y, x, score = scan_level(level.cells, ensemble, min(DENSE_TREES, len(ensemble)), nodes)
         if not len(y):
             continue
-        if len(y) > limit:
-            best = np.sort(np.argpartition(-score, limit)[:limit])
+        if len(y) > MAX_PASSED:
+            best = np.sort(np.argpartition(-score, MAX_PASSED)[:MAX_PASSED])
             y, x, score = y[best], x[best], score[best]
         kept[level.index] = level
         boxes.append(window.to_boxes(y, x, level))
@@ -167,13 +165,12 @@ def hard_windows(
     per_scene: int,
     rng: np.random.Generator,
     changed: PictureChanges,
-    tick: Progress,
+    progress: Progress,
 ) -> NDArray[np.uint8]:
     """The background windows with a cascade's highest scores after suppression; shape (n, features).
 
     A share of the scenes is changed by ``changed`` (:func:`searched_picture`).
     """
-    out = [np.zeros((0, 10 * window.cells**2), np.uint8)]
 
     def hardest(scene: Scene, own: np.random.Generator) -> list[NDArray[np.uint8]]:
         boxes, scores, places, kept = scan_scene(searched_picture(scene, own, changed), ensemble, window, plan)
@@ -187,10 +184,9 @@ def hard_windows(
             taken.append(window.gather(picked[:, 1], picked[:, 2], level))
         return taken
 
-    for number, taken in enumerate(map_on_cores(hardest, scenes, rng)):
-        tick("hard background", number, len(scenes))
-        out += taken
-    return np.concatenate(out)
+    found = map_on_cores(hardest, scenes, rng, progress, "hard background")
+    none = np.zeros((0, CHANNELS * window.cells**2), np.uint8)
+    return np.concatenate([none, *(windows for taken in found for windows in taken)])
 
 
 def background_candidates(
@@ -202,7 +198,7 @@ def background_candidates(
     again: float,
     changed: PictureChanges,
     rng: np.random.Generator,
-    tick: Progress,
+    progress: Progress,
 ) -> Iterator[tuple[Scene, Picture, FloatArray]]:
     """Windows away from signs that pass a cascade, by scene; a share of the scenes is searched again with changes.
 
@@ -215,7 +211,7 @@ def background_candidates(
         again: share of scenes that are searched a second time.
         changed: changes in the second search.
         rng: source of that choice and of the changes.
-        tick: progress.
+        progress: progress.
 
     Yields:
         Scene, picture as searched, and candidates (n, 4); scenes without candidates are skipped.
@@ -230,7 +226,6 @@ def background_candidates(
         boxes, _ = merge_windows(boxes[clear], scores[clear], 0.6, most)
         return scene, picture, boxes
 
-    for number, (scene, picture, boxes) in enumerate(map_on_cores(searched, views, rng)):
-        tick("candidates that are no signs", number, len(views))
-        if len(boxes):
-            yield scene, picture, boxes
+    for found in map_on_cores(searched, views, rng, progress, "background candidates"):
+        if len(found[2]):
+            yield found

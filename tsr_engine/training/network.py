@@ -26,12 +26,12 @@ from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.recognition.gtsrb_classes import CLASSES_AFTER_HALF_TURN
 from tsr_engine.recognition.network import FEATURES, LAYERS, MIN_SPREAD, Layer, NetworkMap
-from tsr_engine.training.classifier_augmentation import ROUND
+from tsr_engine.training.classifier_augmentation import ROUND, view_strength
 from tsr_engine.training.network_augmentation import views
-from tsr_engine.training.network_crops import Bank, network_keys
+from tsr_engine.training.network_crops import CropBank, network_keys
 from tsr_engine.training.progress import Progress
 
-__all__ = ["NetworkPlan", "Stage", "fit_network", "usable"]
+__all__ = ["NetworkPlan", "Stage", "fit_network", "require_device"]
 
 _TEACHER: Final = (
     Layer(3, 48, 5, 2),
@@ -100,11 +100,6 @@ class NetworkPlan:
     calm: float = 0.3
     calm_strength: float = 0.5
 
-    def strength(self, done: float) -> float:
-        """Strength of the views when a share of the steps is done."""
-        fallen = min(max((done - 1 + self.calm) / self.calm, 0.0), 1.0)
-        return 1.0 + fallen * (self.calm_strength - 1.0)
-
     def rate(self, stage: Stage, done: float) -> float:
         """Step size when a share of the steps is done."""
         return stage.rate * min(1.0, done / self.warm_up + 1e-3) * 0.5 * (1 + math.cos(math.pi * done))
@@ -156,7 +151,7 @@ class _Network(nn.Module):
         return NetworkMap(tuple(kernels), tuple(biases))
 
 
-def usable(device: str) -> None:
+def require_device(device: str) -> None:
     """Refuse a device that PyTorch cannot use here.
 
     Raises:
@@ -170,7 +165,7 @@ def usable(device: str) -> None:
 
 
 def fit_network(
-    bank: Bank, plan: NetworkPlan, seed: int, device: str, progress: Progress
+    bank: CropBank, plan: NetworkPlan, seed: int, device: str, progress: Progress
 ) -> tuple[NetworkMap, NDArray[np.float32], NDArray[np.float32]]:
     """Train a teacher and then the network.
 
@@ -263,7 +258,7 @@ def _stage_of(what: str, progress: Progress) -> Callable[[int, int], None]:
 class _Shown:
     """Views with their labels; all crops are on the device."""
 
-    def __init__(self, bank: Bank, plan: NetworkPlan, device: str, seed: int) -> None:
+    def __init__(self, bank: CropBank, plan: NetworkPlan, device: str, seed: int) -> None:
         self.device, self.seed, self._plan = device, seed, plan
         self._generator = torch.Generator(device).manual_seed(seed)
         self._pixels, self._boxes = torch.from_numpy(bank.pixels).to(device), torch.from_numpy(bank.boxes).to(device)
@@ -287,7 +282,8 @@ class _Shown:
         """Yield views and labels of each step."""
         plan = self._plan
         for first in range(0, steps, plan.pool * plan.showings):
-            pictures, labels = self._views(plan.batch * plan.pool, plan.strength(first / steps))
+            strength = view_strength(first / steps, plan.calm, plan.calm_strength)
+            pictures, labels = self._views(plan.batch * plan.pool, strength)
             for _ in range(plan.showings):
                 order = torch.randperm(len(labels), generator=self._generator, device=self.device)
                 for rows in order.chunk(plan.pool):

@@ -40,10 +40,10 @@ def train_network(folder: Path, seed: int, device: str, progress: Progress) -> C
         InputError: missing or damaged data, or a class without pictures.
         UsageError: PyTorch cannot use the device here.
     """
-    from tsr_engine.training.network import NetworkPlan, fit_network, usable
+    from tsr_engine.training.network import NetworkPlan, fit_network, require_device
     from tsr_engine.training.network_crops import bank_of
 
-    usable(device)
+    require_device(device)
     plan = NetworkPlan()
     items = [item for item in read_items(folder) if item.track is not None]
     require_all_classes(items, folder)

@@ -14,20 +14,20 @@ from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.pictograms import draw, names
 from tsr_engine.records import Picture
-from tsr_engine.training.classifier import drawn_crops, inset_crops
 from tsr_engine.training.classifier_augmentation import MAX_CROP_PX, LoadedCrop
 from tsr_engine.training.drawn_scenes import OTHER_BOARDS, DrawnScenesPlan, paste, turned
-from tsr_engine.training.drawn_signs import HIGH, ground
+from tsr_engine.training.drawn_signs import SUPERSAMPLING, drawn_crops, ground
 from tsr_engine.training.gtsdb_signs import LABEL_SET
+from tsr_engine.training.inset_signs import inset_crops
 
-__all__ = ["SIDE", "Bank", "bank_of", "drawn_labels", "network_keys"]
+__all__ = ["SIDE", "CropBank", "bank_of", "drawn_labels", "network_keys"]
 
 SIDE: Final = 72
 """Side of stored crops, px."""
 _DRAWN: Final = 192
 """Side at which a sign is drawn before it is reduced, px."""
 _GROUND: Final = 24
-"""Side of a drawn crop before it is enlarged by ``HIGH``, px: one and a half times the sign's side."""
+"""Side of a drawn crop before it is enlarged by ``SUPERSAMPLING``, px: one and a half times the sign's side."""
 _EACH: Final = 60
 """Drawn crops per label, and crops with smaller digits per limit."""
 _EACH_LIMIT: Final = 120
@@ -45,7 +45,7 @@ _SAME_SIGN: Final = {"pedestrian-crossing-ahead": "pedestrians"}
 
 
 @dataclass(frozen=True, slots=True)
-class Bank:
+class CropBank:
     """Crops of one size.
 
     Attributes:
@@ -93,7 +93,7 @@ def _drawn(drawing: Picture, class_id: int, generator: np.random.Generator) -> L
     height, width = sign.shape[:2]
     scale = MAX_CROP_PX / max(height, width)
     w, h = round(width * scale), round(height * scale)
-    side = _GROUND * HIGH
+    side = _GROUND * SUPERSAMPLING
     left, top = (side - w) // 2, (side - h) // 2
     box = np.array([left, top, left + w, top + h], np.float64)
     pixels = ground(_GROUND, generator)
@@ -101,7 +101,7 @@ def _drawn(drawing: Picture, class_id: int, generator: np.random.Generator) -> L
     return LoadedCrop(pixels, box, class_id)
 
 
-def bank_of(crops: Sequence[LoadedCrop], seed: int) -> Bank:
+def bank_of(crops: Sequence[LoadedCrop], seed: int) -> CropBank:
     """Real crops, the same with smaller digits, and drawn crops, all of one size.
 
     Args:
@@ -126,8 +126,8 @@ def bank_of(crops: Sequence[LoadedCrop], seed: int) -> Bank:
         chances.append(np.full(len(group), _SHARES[name] / len(group)))
         bends.append(np.full(len(group), bend))
         every += group
-    return Bank(
-        np.stack([cv2.resize(crop.pixels, (SIDE, SIDE), interpolation=_by(crop)) for crop in every]),
+    return CropBank(
+        np.stack([cv2.resize(crop.pixels, (SIDE, SIDE), interpolation=_interpolation(crop)) for crop in every]),
         np.stack([crop.box / np.tile(crop.pixels.shape[1::-1], 2) for crop in every]).astype(np.float32),
         np.array([crop.class_id for crop in every]),
         np.concatenate(bends).astype(np.float32),
@@ -135,5 +135,5 @@ def bank_of(crops: Sequence[LoadedCrop], seed: int) -> Bank:
     )
 
 
-def _by(crop: LoadedCrop) -> int:
+def _interpolation(crop: LoadedCrop) -> int:
     return cv2.INTER_AREA if min(crop.pixels.shape[:2]) > SIDE else cv2.INTER_LINEAR

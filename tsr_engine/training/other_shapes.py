@@ -29,7 +29,7 @@ from tsr_engine.training.drawn_scenes import DrawnScenesPlan, drawn_keys, drawn_
 from tsr_engine.training.gtsdb_signs import LABEL_SET
 from tsr_engine.training.progress import Progress, named
 from tsr_engine.training.refinement import RefinementPlan, train_refine_stage
-from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops, sign_crops, train_sign_verifier
+from tsr_engine.training.sign_verifier import SignVerifierPlan, background_crops, surrounded_signs, train_sign_verifier
 
 __all__ = ["OtherShapesPlan", "fit_other_shapes", "train_other_shapes"]
 
@@ -47,47 +47,28 @@ class OtherShapesPlan:
 
     Attributes:
         drawn: settings of the drawn signs.
-        detector: settings of the cascade; the fields below replace its refinement and sign verifier.
+        detector: settings of cascade, refine-and-verify stage and sign verifier.
     """
 
     drawn: DrawnScenesPlan = field(default_factory=DrawnScenesPlan)
     detector: DetectorPlan = field(
         default_factory=lambda: DetectorPlan(
-            rounds=(32, 128, 512),
-            mining_share=(0.3, 0.6),
-            jittered=8,
-            crop_frames=0,
-            per_scene=60,
-            random_per_scene=100,
-            most_negatives=40_000,
-            other_cameras=0.0,
-            shaded=0.0,
+            rounds=(32, 128, 512), mining_share=(0.3, 0.6), jittered=8, crop_frames=0, per_scene=60,
+            random_per_scene=100, most_negatives=40_000, other_cameras=0.0, shaded=0.0,
             refinement=RefinementPlan(
-                views=1,
-                starts=3,
-                candidates=25,
-                relit=0.2,
-                other_cameras=0.0,
-                shaded=0.0,
+                views=1, starts=3, candidates=25, relit=0.2, other_cameras=0.0, shaded=0.0,
                 boosting=BoostingPlan(384, 4, 1 / 16, 0.3),
             ),
             sign_verifier=SignVerifierPlan(
-                steps=4000,
-                drawn=0.0,
-                scene_signs=0.5,
-                background=0.5,
-                candidates=25,
-                relit=0.2,
-                other_cameras=0.0,
-                shaded=0.0,
-                network=NetworkSettings(filters=48, hidden=96, common=True),
+                steps=4000, drawn=0.0, scene_signs=0.5, background=0.5, candidates=25, relit=0.2, other_cameras=0.0,
+                shaded=0.0, network=NetworkSettings(filters=48, hidden=96, common=True),
             ),
         )
-    )
+    )  # fmt: skip
 
 
 def fit_other_shapes(
-    scenes: Sequence[Scene], base: AcfModel, plan: OtherShapesPlan, seed: int, tick: Progress
+    scenes: Sequence[Scene], base: AcfModel, plan: OtherShapesPlan, seed: int, progress: Progress
 ) -> AcfModel:
     """Train a detector on the signs of the scenes and on drawn signs.
 
@@ -96,7 +77,7 @@ def fit_other_shapes(
         base: the detector that it extends, which supplies window, pyramid and box refinement.
         plan: the settings.
         seed: seed of all randomness.
-        tick: progress.
+        progress: progress.
 
     Raises:
         InputError: a picture cannot be decoded.
@@ -111,14 +92,14 @@ def fit_other_shapes(
         drawn = drawn_scenes(scenes, plan.drawn, Path(name), rng)
         # Drawings are weighted by group and annotated signs by label, so that neither outweigh the others.
         every = [*scenes, *(replace(scene, class_ids=_FIRST + _groups_of(scene)) for scene in drawn)]
-        positives, weights = sign_positives(every, [], base.window, finer, own, rng, tick)
-        cascade, _ = fit_cascade(positives, weights, every, base.window, finer, own, rng, tick)
+        positives, weights = sign_positives(every, [], base.window, finer, own, rng, progress)
+        cascade, _ = fit_cascade(positives, weights, every, base.window, finer, own, rng, progress)
         rng = np.random.default_rng([seed, 43])
-        stage = train_refine_stage(every, cascade, base.window, base.plan, own.refinement, rng, tick)
+        stage = train_refine_stage(every, cascade, base.window, base.plan, own.refinement, rng, progress)
         rng = np.random.default_rng([seed, 47])
-        background = background_crops(every, cascade, base.window, base.plan, stage, own.sign_verifier, rng, tick)
+        background = background_crops(every, cascade, base.window, base.plan, stage, own.sign_verifier, rng, progress)
         grouped = [replace(scene, class_ids=_groups_of(scene)) for scene in (*scenes, *drawn)]
-        verifier = train_sign_verifier([], sign_crops(grouped), background, own.sign_verifier, rng, tick)
+        verifier = train_sign_verifier([], surrounded_signs(grouped), background, own.sign_verifier, rng, progress)
     return replace(base, cascade=cascade, refine_stage=stage, sign_verifier=verifier, calibration=UNFITTED)
 
 
@@ -147,11 +128,11 @@ def train_other_shapes(
     final = fit_other_shapes(scenes, base, plan, seed, named("final model", progress))
     parts: list[list[Candidates]] = []
     for part in range(FOLDS):
-        tick = named(f"part {part + 1} of {FOLDS}", progress)
+        of_part = named(f"part {part + 1} of {FOLDS}", progress)
         learned = [scene for scene, own in zip(scenes, part_of, strict=True) if own != part]
         held = [scene for scene, own in zip(scenes, part_of, strict=True) if own == part]
         parts.append(
-            candidates_of(fit_other_shapes(learned, base, plan, seed, tick), held, tick, nested=MAX_NESTED_RATIO)
+            candidates_of(fit_other_shapes(learned, base, plan, seed, of_part), held, of_part, nested=MAX_NESTED_RATIO)
         )
     raw: list[FloatArray] = []
     for part, own in enumerate(parts):

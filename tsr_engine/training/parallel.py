@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
 from typing import TypeVar
 
 import numpy as np
 
 from tsr_engine.detection.boosting import training_threads
+from tsr_engine.training.progress import Progress
 
 __all__ = ["map_on_cores"]
 
@@ -20,7 +23,11 @@ _QUEUED_PER_CORE = 2
 
 
 def map_on_cores(
-    work: Callable[[Item, np.random.Generator], Made], items: Sequence[Item], rng: np.random.Generator
+    work: Callable[[Item, np.random.Generator], Made],
+    items: Sequence[Item],
+    rng: np.random.Generator,
+    progress: Progress,
+    stage: str,
 ) -> Iterator[Made]:
     """Yield the result of ``work`` for each item, in order.
 
@@ -30,20 +37,21 @@ def map_on_cores(
         work: called in several threads at once; only compiled code and OpenCV's run in parallel.
         items: the items to process.
         rng: generator from which each item's generator is made.
+        progress: called with each finished item.
+        stage: name of the stage for ``progress``.
     """
     generators = rng.spawn(len(items))
     count = training_threads()
     if count == 1:
-        yield from map(work, items, generators)
+        for number, made in enumerate(map(work, items, generators)):
+            progress(stage, number, len(items))
+            yield made
         return
     with ThreadPoolExecutor(count, "tsr-train") as pool:
-        futures = [
-            pool.submit(work, *arguments)
-            for arguments in zip(items[: _QUEUED_PER_CORE * count], generators, strict=False)
-        ]
+        waiting = iter(zip(items, generators, strict=True))
+        futures = deque(pool.submit(work, *arguments) for arguments in islice(waiting, _QUEUED_PER_CORE * count))
         for number in range(len(items)):
-            yield futures[number].result()
-            futures[number] = None  # type: ignore[call-overload]
-            next_item = len(futures)
-            if next_item < len(items):
-                futures.append(pool.submit(work, items[next_item], generators[next_item]))
+            made = futures.popleft().result()
+            progress(stage, number, len(items))
+            yield made
+            futures.extend(pool.submit(work, *arguments) for arguments in islice(waiting, 1))

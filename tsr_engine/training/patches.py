@@ -15,6 +15,7 @@ from tsr_engine.channels.quantise import channel_bytes
 from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.patch import cut_patch
 from tsr_engine.detection.window import Window
+from tsr_engine.geometry.boxes import area
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import augment_picture
 
@@ -30,17 +31,28 @@ def window_features(patch: Picture, window: Window) -> NDArray[np.uint8]:
     return np.ascontiguousarray(middle).reshape(-1)
 
 
+def surroundings(picture: Picture, box: FloatArray) -> tuple[Picture, FloatArray]:
+    """A copy of a sign with all that its views and displaced boxes can show, and the sign's box in it.
+
+    Args:
+        picture: BGR, uint8.
+        box: the sign, shape (4,).
+    """
+    reach = int(2.5 * float(np.sqrt(area(box))) + 20)
+    x, y = max(0, int(box[0] - reach)), max(0, int(box[1] - reach))
+    return picture[y : int(box[3] + reach), x : int(box[2] + reach)].copy(), box - np.array([x, y, x, y])
+
+
 def jitter(box: FloatArray, rng: np.random.Generator, shift: float, log_scale: float) -> FloatArray:
     """Move a box by up to ``shift`` of its side and scale it by up to ``exp(+-log_scale)``, uniformly."""
-    side = np.sqrt((box[2] - box[0]) * (box[3] - box[1]))
-    dx, dy = rng.uniform(-shift, shift, 2) * side
+    dx, dy = rng.uniform(-shift, shift, 2) * np.sqrt(area(box))
     grow = np.exp(rng.uniform(-log_scale, log_scale))
     cx, cy = (box[0] + box[2]) / 2 + dx, (box[1] + box[3]) / 2 + dy
     half_w, half_h = (box[2] - box[0]) / 2 * grow, (box[3] - box[1]) / 2 * grow
     return np.array([cx - half_w, cy - half_h, cx + half_w, cy + half_h])
 
 
-def drawn_distortion(rng: np.random.Generator, aspect: float, turn: float) -> FloatArray:
+def random_distortion(rng: np.random.Generator, aspect: float, turn: float) -> FloatArray:
     """A stretch of constant area, then a rotation; shape (2, 2). Both are normal, cut at two standard deviations.
 
     Args:
@@ -97,7 +109,7 @@ def sign_windows(
     out = []
     middle = (PATCH + np.array([-1, -1, 1, 1]) * window.sign) / 2
     for i in range(count):
-        distortion = drawn_distortion(rng, aspect, turn) if i and (aspect or turn) else None
+        distortion = random_distortion(rng, aspect, turn) if i and (aspect or turn) else None
         patch = cut_patch(picture, jitter(box, rng, shift, log_scale), window.sign, PATCH, distortion)
         if i:
             patch = augment_picture(

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.records import FloatArray
 from tsr_engine.training.classifier_augmentation import LoadedCrop, jittered_view, plain_view
 from tsr_engine.training.corrections import CorrectedScene
-from tsr_engine.training.mining import read_picture
 from tsr_engine.training.progress import Progress
 
 __all__ = ["ClassifierRefinement", "SignCrop", "refine_classifier", "sign_crops", "with_labels"]
@@ -61,7 +61,7 @@ def sign_crops(scenes: Sequence[CorrectedScene], progress: Progress) -> list[Sig
         progress("crops of corrected signs", done, len(scenes))
         if not scene.signs:
             continue
-        picture = read_picture(scene.scene)
+        picture = read_picture(scene.scene.path)
         for box, label, sign in zip(scene.scene.boxes, scene.scene.class_ids, scene.signs, strict=True):
             pixels = cut(picture, box, _ROOM)
             width, height = box[2] - box[0], box[3] - box[1]

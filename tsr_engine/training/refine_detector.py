@@ -1,11 +1,11 @@
 """Refines a detector with corrections in minutes; a whole training takes an hour.
 
-The cascade's trees stay. The verifier of the refine-and-verify stage, which decides, gets further trees: boosting
-continues from the detector's log-odds on corrected signs, on background of the reviewed videos,
-on rejected tracks, and on samples of the earlier training (:mod:`~.memory`), so that other signs
-keep their scores. The box refinement's outputs are pulled towards the corrected boxes and, on remembered windows,
-towards the earlier answers. Log-odds are recalibrated so that background which
-the new trees did not see keeps its level. The cascade's last floor is lowered if it loses corrected signs.
+The cascade's trees stay. The verifier of the refine-and-verify stage gets further trees: boosting continues from the
+detector's log-odds on corrected signs, on background of the reviewed videos, on rejected tracks, and on samples of the
+earlier training (the component ``memory``), so that other signs keep their scores. The box refinement's outputs are
+pulled towards the corrected boxes and, on remembered windows, towards the earlier answers. The log-odds are calibrated
+again, so that background which the new trees did not see keeps its level. The cascade's last floor is lowered if it
+loses corrected signs.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tsr_engine.records import FloatArray
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.memory import Samples, concatenate_samples
 from tsr_engine.training.progress import Progress
-from tsr_engine.training.refine_windows import Cutting, Material, cut_windows
+from tsr_engine.training.refine_windows import Cutting, TrainingWindows, cut_windows
 
 __all__ = ["DetectorRefinement", "RefinementNotes", "refine_detector"]
 
@@ -48,7 +48,7 @@ class DetectorRefinement:
 
     Attributes:
         trees: largest number of trees added to the verifier.
-        trees_a_sign: trees per corrected sign, up to ``trees``: few signs do not show what signs stage like.
+        trees_a_sign: trees per corrected sign, up to ``trees``: few signs do not show the variety of signs.
         shrinkage: factor on the new leaves.
         feature_share: share of features available to one tree.
         cutting: numbers of windows.
@@ -120,24 +120,24 @@ def refine_detector(
     if len(names) < settings.least_signs or not names:
         raise ValueError(f"A detector is refined with {settings.least_signs} signs or more. Got {len(names)} instead.")
     if model.calibration.verifier < _MIN_SLOPE:
-        raise ValueError("This detector's calibration does not heed its verifier, so that it cannot be refined.")
+        raise ValueError("This detector's calibration ignores its verifier, so it cannot be refined.")
     rng = np.random.default_rng([seed, 21])
-    material = cut_windows(model, scenes, names, settings.cutting, rng, progress)
+    windows = cut_windows(model, scenes, names, settings.cutting, rng, progress)
     progress("boxes", 0, 1)
-    box_refinement = _refit_box_refinement(model.box_refinement, material, remembered, settings)
-    calibration = _recalibrate(model, material, remembered, settings, seed, progress)
+    box_refinement = _refit_box_refinement(model.box_refinement, windows, remembered, settings)
+    calibration = _recalibrate(model, windows, remembered, settings, seed, progress)
     progress("more trees", 0, 1)
-    added = _boost_verifier(model, material, remembered, settings, seed, np.ones(len(material.others), bool))
+    added = _boost_verifier(model, windows, remembered, settings, seed, np.ones(len(windows.others), bool))
     stage = replace(model.refine_stage, verifier=_concatenate_trees(model.refine_stage.verifier, added))
-    floor, cascade = _lower_floor(model.cascade, material.floors, settings.lowest_floor)
+    floor, cascade = _lower_floor(model.cascade, windows.floors, settings.lowest_floor)
     refined = replace(
         model, cascade=cascade, refine_stage=stage, box_refinement=box_refinement, calibration=calibration
     )
     notes = RefinementNotes(
         len(names),
-        len(material.signs),
-        len(material.others),
-        material.rejected,
+        len(windows.signs),
+        len(windows.others),
+        windows.rejected,
         0 if remembered is None else sum(map(len, remembered)),
         floor,
         calibration,
@@ -147,23 +147,23 @@ def refine_detector(
 
 def _boost_verifier(
     model: AcfModel,
-    material: Material,
+    windows: TrainingWindows,
     remembered: tuple[Samples, Samples] | None,
     settings: DetectorRefinement,
     seed: int,
     others_used: NDArray[np.bool_],
 ) -> TreeEnsemble:
     """New trees of the verifier on its own scale: boosted in log-odds, divided by the calibration's slope."""
-    others = material.others.select(others_used)
-    parts = [material.signs, others]
-    targets = [np.ones(len(material.signs)), np.zeros(len(others))]
-    weights = [settings.sign * material.sign_weights, settings.other * material.other_weights[others_used]]
+    others = windows.others.select(others_used)
+    parts = [windows.signs, others]
+    targets = [np.ones(len(windows.signs)), np.zeros(len(others))]
+    weights = [settings.sign * windows.sign_weights, settings.other * windows.other_weights[others_used]]
     for part in remembered or ():
         parts.append(part)
         targets.append(_probability(part.raw(model)))
         weights.append(np.full(len(part), settings.remembered))
     samples = concatenate_samples(parts)
-    signs = int(material.sign_of.max()) + 1
+    signs = int(windows.sign_of.max()) + 1
     count = max(1, min(settings.trees, round(settings.trees_a_sign * signs)))
     plan = BoostingPlan(count, model.refine_stage.verifier.depth, settings.feature_share, settings.shrinkage, 1.0)
     grown = boost_further(
@@ -196,7 +196,7 @@ def _concatenate_trees(first: TreeEnsemble, second: TreeEnsemble) -> TreeEnsembl
 
 def _refit_box_refinement(
     box_refinement: BoxRefinement,
-    material: Material,
+    windows: TrainingWindows,
     remembered: tuple[Samples, Samples] | None,
     settings: DetectorRefinement,
 ) -> BoxRefinement:
@@ -205,9 +205,9 @@ def _refit_box_refinement(
     Minimises ``sum_new |x (W + D) - y|^2 + m sum_remembered |x D|^2 + r |D|^2`` over D, where x are the map's features
     and 1 for the bias.
     """
-    scale = np.sqrt(material.sign_weights / material.sign_weights.mean())[:, None]
-    rows = [_with_one(material.signs.edges) * scale]
-    answers = [(material.steps - box_refinement.steps_of(material.signs.edges)) * scale]
+    scale = np.sqrt(windows.sign_weights / windows.sign_weights.mean())[:, None]
+    rows = [_with_one(windows.signs.edges) * scale]
+    answers = [(windows.steps - box_refinement.steps_of(windows.signs.edges)) * scale]
     if remembered is not None:
         old = _with_one(remembered[0].edges)
         rows.append(old * np.sqrt(settings.box_memory))
@@ -225,7 +225,7 @@ def _with_one(features: NDArray[np.float32]) -> FloatArray:
 
 def _recalibrate(
     model: AcfModel,
-    material: Material,
+    windows: TrainingWindows,
     remembered: tuple[Samples, Samples] | None,
     settings: DetectorRefinement,
     seed: int,
@@ -237,17 +237,17 @@ def _recalibrate(
     trees. Its median and an upper quantile are mapped to their earlier values.
     """
     rng = np.random.default_rng([seed, 23])
-    half_of_new = _halves(material.video_of_other, rng)
+    half_of_new = _halves(windows.video_of_other, rng)
     half_of_old = np.zeros(0, bool) if remembered is None else rng.random(len(remembered[1])) < 0.5
     before, after = [], []
     for half in (False, True):
         progress("calibration", int(half), 2)
-        is_trained_on, held_parts = half_of_new != half, [material.others.select(half_of_new == half)]
+        is_trained_on, held_parts = half_of_new != half, [windows.others.select(half_of_new == half)]
         memory = remembered
         if remembered is not None:
             memory = remembered[0], remembered[1].select(half_of_old != half)
             held_parts.append(remembered[1].select(half_of_old == half))
-        trees = _boost_verifier(model, material, memory, settings, seed, is_trained_on)
+        trees = _boost_verifier(model, windows, memory, settings, seed, is_trained_on)
         held = concatenate_samples(held_parts)
         raw = held.raw(model)
         before.append(raw)

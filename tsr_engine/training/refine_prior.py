@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.prior import SpatialPrior, learn_weight, parzen
 from tsr_engine.evaluation.detection import match
+from tsr_engine.geometry.boxes import intersection
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.detector_components import BANDWIDTH
-from tsr_engine.training.mining import read_picture
 from tsr_engine.training.progress import Progress
 
-__all__ = ["SceneDetections", "blended_table", "detect_scenes", "refined_lambda"]
+__all__ = ["SceneDetections", "blended_table", "held_out_detections", "refined_lambda"]
 
 
 SceneDetections = tuple[FloatArray, FloatArray, FloatArray]
@@ -54,34 +55,21 @@ def blended_table(
     return (density / density.max()).astype(np.float32), earlier + len(centres)
 
 
-def detect_scenes(model: AcfModel, scenes: Sequence[CorrectedScene], progress: Progress) -> SceneDetections:
-    """Detect with a model that was not trained on the frames; ignored regions are left out."""
+def held_out_detections(model: AcfModel, scenes: Sequence[CorrectedScene], progress: Progress) -> SceneDetections:
+    """Detections of a model that was not trained on the frames; those that touch an ignored region are left out."""
     detector = AcfDetector(model, params=DetectorParams(second_core=False, keep_score=-8.0))
     centres, scores, labels = [np.zeros((0, 2))], [np.zeros(0)], [np.zeros(0)]
     for done, scene in enumerate(scenes):
         progress("detections for lambda", done, len(scenes))
-        picture = read_picture(scene.scene)
+        picture = read_picture(scene.scene.path)
         seen = detector.detect(picture)
         hit, _ = match(seen.boxes, seen.raw_scores, scene.scene.boxes)
-        known = hit | ~_covered(seen.boxes, scene.scene.ignored)
+        known = hit | ~(intersection(seen.boxes, scene.scene.ignored) > 0).any(axis=1)
         middle = (seen.boxes[:, :2] + seen.boxes[:, 2:]) / 2 / np.array([picture.shape[1], picture.shape[0]])
         centres.append(middle[known])
         scores.append(seen.raw_scores[known])
         labels.append(np.where(hit[known], 1.0, -1.0))
     return np.concatenate(centres), np.concatenate(scores), np.concatenate(labels)
-
-
-def _covered(boxes: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
-    """Which boxes touch an ignored region; shape (n,)."""
-    if not len(ignored) or not len(boxes):
-        return np.zeros(len(boxes), bool)
-    apart = (
-        (boxes[:, None, 0] >= ignored[None, :, 2])
-        | (boxes[:, None, 2] <= ignored[None, :, 0])
-        | (boxes[:, None, 1] >= ignored[None, :, 3])
-        | (boxes[:, None, 3] <= ignored[None, :, 1])
-    )
-    return np.asarray((~apart).any(axis=1))
 
 
 def refined_lambda(
@@ -96,7 +84,7 @@ def refined_lambda(
         table: the prior.
         detector_arrays: arrays of the component ``detector``, with its held-out detections.
         picture: (width, height) of the pictures of these detections.
-        detected: see :func:`detect_scenes`.
+        detected: see :func:`held_out_detections`.
 
     Returns:
         ``lambda`` in units of the raw score; None: there are no true or no false detections.

@@ -18,17 +18,18 @@ from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.detection.refine.box_refinement import steps_between
 from tsr_engine.geometry.boxes import iou
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import relight, soften
 from tsr_engine.training.corrections import CorrectedScene
 from tsr_engine.training.memory import Samples, concatenate_samples, refined_at, samples_at
-from tsr_engine.training.mining import away_from_signs, read_picture
-from tsr_engine.training.patches import jitter
+from tsr_engine.training.mining import away_from_signs
+from tsr_engine.training.patches import jitter, surroundings
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.refinement import RefinementPlan, square_about
 
-__all__ = ["Cutting", "Material", "cut_windows", "loosened"]
+__all__ = ["Cutting", "TrainingWindows", "cut_windows", "with_margin"]
 
 
 REJECTED_WEIGHT = 3.0
@@ -55,7 +56,7 @@ class Cutting:
 
 
 @dataclass(slots=True)
-class Material:
+class TrainingWindows:
     """Windows of all scenes, cut once with the earlier model.
 
     Attributes:
@@ -81,9 +82,9 @@ class Material:
     rejected: int
 
 
-def loosened(boxes: FloatArray, params: DetectorParams | None = None) -> FloatArray:
+def with_margin(boxes: FloatArray) -> FloatArray:
     """Tight boxes (n, 4) with the margin of the detector's training scenes, which it removes again."""
-    return BoxInset.of(params or DetectorParams()).undo(boxes)
+    return BoxInset.of(DetectorParams()).undo(boxes)
 
 
 def cut_windows(
@@ -93,7 +94,7 @@ def cut_windows(
     settings: Cutting,
     rng: np.random.Generator,
     progress: Progress,
-) -> Material:
+) -> TrainingWindows:
     """Cut windows of signs and of everything else in the form that the refine-and-verify stage uses."""
     number_of = {name: k for k, name in enumerate(names)}
     videos = {name: k for k, name in enumerate(sorted({scene.video for scene in scenes}))}
@@ -102,14 +103,20 @@ def cut_windows(
         for name in scene.signs:
             frames[number_of[name]] += 1
     detector = AcfDetector(model, params=DetectorParams(second_core=False))
-    signs, others, steps, sign_of, weights, floors = [], [], [], [], [], []
-    other_weights: list[FloatArray] = []
+    signs, steps, sign_of, weights, floors = [], [], [], [], []
+    others = [Samples.empty(model)]
+    other_weights: list[float] = []
     video_of_other: list[int] = []
-    rejected = 0
+
+    def add_others(samples: Samples, weight: float, video: str) -> None:
+        others.append(samples)
+        other_weights.extend([weight] * len(samples))
+        video_of_other.extend([videos[video]] * len(samples))
+
     for done, scene in enumerate(scenes):
         progress("windows of corrected frames", done, len(scenes))
-        picture, here = read_picture(scene.scene), videos[scene.video]
-        truth = loosened(scene.scene.boxes) if settings.tight else scene.scene.boxes
+        picture = read_picture(scene.scene.path)
+        truth = with_margin(scene.scene.boxes) if settings.tight else scene.scene.boxes
         boxes, scores = detector.candidates(picture)
         for box, name in zip(truth, scene.signs, strict=True):
             found, step = _samples_around(model, picture, box, settings, rng)
@@ -117,34 +124,28 @@ def cut_windows(
             steps.append(step)
             sign_of += [number_of[name]] * len(found)
             weights += [1.0 / (frames[number_of[name]] * len(found))] * len(found)
-            overlap = iou(boxes, box[None])[:, 0] if len(boxes) else np.zeros(0)
-            if not (overlap >= 0.4).any():
+            if not (iou(boxes, box[None]) >= 0.4).any():
                 floors.append(float(found.cascade.max()))
         taken = np.concatenate([scene.scene.occupied, scene.rejected])
         clear = np.flatnonzero(away_from_signs(boxes, taken))[: settings.background]
         if len(clear):
-            others.append(samples_at(model, picture, boxes[clear], scores[clear]))
-            other_weights.append(np.ones(len(clear)))
-            video_of_other += [here] * len(clear)
+            add_others(samples_at(model, picture, boxes[clear], scores[clear]), 1.0, scene.video)
         if len(scene.rejected):
-            fooled = loosened(scene.rejected) if settings.tight else scene.rejected
+            fooled = with_margin(scene.rejected) if settings.tight else scene.rejected
             wrong = np.concatenate([fooled, *(jitter(box, rng, 0.08, 0.08)[None] for box in fooled)])
             wrong = wrong[away_from_signs(wrong, scene.scene.occupied)]
-            rejected += len(scene.rejected)
             if len(wrong):
-                others.append(samples_at(model, picture, wrong))
-                other_weights.append(np.full(len(wrong), REJECTED_WEIGHT))
-                video_of_other += [here] * len(wrong)
-    return Material(
+                add_others(samples_at(model, picture, wrong), REJECTED_WEIGHT, scene.video)
+    return TrainingWindows(
         concatenate_samples(signs),
         np.array(weights),
         np.array(sign_of),
         np.concatenate(steps),
-        concatenate_samples(others) if others else Samples.empty(model),
-        np.concatenate(other_weights) if other_weights else np.zeros(0),
+        concatenate_samples(others),
+        np.array(other_weights, dtype=np.float64),
         np.array(video_of_other, dtype=np.int64),
         np.array(floors),
-        rejected,
+        sum(len(scene.rejected) for scene in scenes),
     )
 
 
@@ -152,11 +153,7 @@ def _samples_around(
     model: AcfModel, picture: Picture, box: FloatArray, settings: Cutting, rng: np.random.Generator
 ) -> tuple[Samples, FloatArray]:
     """Samples around one sign, and the targets of the box refinement."""
-    side = float(np.sqrt((box[2] - box[0]) * (box[3] - box[1])))
-    reach = int(2.5 * side + 20)
-    x, y = max(0, int(box[0] - reach)), max(0, int(box[1] - reach))
-    region = picture[y : int(box[3] + reach), x : int(box[2] + reach)]
-    target = box - np.array([x, y, x, y])
+    region, target = surroundings(picture, box)
     square = square_about(target)
     found, steps = [], []
     for k in range(settings.views):

@@ -15,14 +15,18 @@ from tsr_engine.detection.boosting import BoostingPlan, boost
 from tsr_engine.detection.refine.stage import CELLS, FEATURES, RefineStage, features_of, move, steps_to
 from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.detection.window import Window
-from tsr_engine.geometry.boxes import iou
+from tsr_engine.geometry.boxes import area
 from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.pictures import read_picture
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import augment_picture
-from tsr_engine.training.mining import PictureChanges, away_from_signs, background_candidates, read_picture
-from tsr_engine.training.patches import jitter
+from tsr_engine.training.mining import PictureChanges, away_from_signs, background_candidates
+from tsr_engine.training.patches import jitter, surroundings
 from tsr_engine.training.progress import Progress
 
+MOVED_OVERLAP: Final = 0.4
+"""As ``SIGN_OVERLAP`` of :mod:`~.mining`, for candidates that the stage has moved."""
 MIN_NEGATIVES: Final = 400
 """If a cascade leaves fewer background windows, random boxes are added, because a verifier needs negatives."""
 
@@ -79,14 +83,14 @@ def train_refine_stage(
     pyramid: PyramidPlan,
     plan: RefinementPlan,
     rng: np.random.Generator,
-    tick: Progress,
+    progress: Progress,
 ) -> RefineStage:
     """Train regressions and verifier for a cascade.
 
     The verifier's background is what passes the cascade on the scenes, moved by the first regression as in
     detection.
     """
-    views = _views(scenes, plan, rng, tick)
+    views = _views(scenes, plan, rng, progress)
     weights, biases = [], []
     for step in range(2):
         features = np.concatenate([features_of(v.picture, v.boxes) for v in views])
@@ -104,7 +108,7 @@ def train_refine_stage(
                 start = stop
     positives = np.concatenate([features_of(v.picture, v.boxes) for v in views])
     blank = RefineStage(np.stack(weights), np.stack(biases), cascade)
-    negatives = _background(scenes, cascade, window, pyramid, blank, plan, rng, tick)
+    negatives = _background(scenes, cascade, window, pyramid, blank, plan, rng, progress)
     if len(negatives) < MIN_NEGATIVES:
         negatives = np.concatenate([negatives, _anywhere(scenes, blank, MIN_NEGATIVES, rng)])
     verifier = boost(
@@ -127,20 +131,16 @@ def ridge(
     return fitted.coef_.T.astype(np.float32), fitted.intercept_.astype(np.float32)
 
 
-def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generator, tick: Progress) -> list[_View]:
-    frequency = np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=43)
+def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generator, progress: Progress) -> list[_View]:
+    frequency = np.bincount(np.concatenate([s.class_ids for s in scenes]), minlength=CLASS_COUNT)
     views = []
     for number, scene in enumerate(scenes):
-        tick("views of signs", number, len(scenes))
+        progress("views of signs", number, len(scenes))
         if not len(scene.boxes):
             continue
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         for box, class_id in zip(scene.boxes, scene.class_ids, strict=True):
-            side = float(np.sqrt((box[2] - box[0]) * (box[3] - box[1])))
-            reach = int(2.5 * side + 20)
-            x, y = max(0, int(box[0] - reach)), max(0, int(box[1] - reach))
-            region = picture[y : int(box[3] + reach), x : int(box[2] + reach)].copy()
-            truth = box - np.array([x, y, x, y])
+            region, truth = surroundings(picture, box)
             for k in range(plan.views + 1):
                 view = region
                 if k:
@@ -160,7 +160,7 @@ def _views(scenes: Sequence[Scene], plan: RefinementPlan, rng: np.random.Generat
 
 def square_about(box: FloatArray) -> FloatArray:
     """The square of the box's area around its centre, in the form of the cascade's answers."""
-    half = np.sqrt((box[2] - box[0]) * (box[3] - box[1])) / 2
+    half = np.sqrt(area(box)) / 2
     cx, cy = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2
     return np.array([cx - half, cy - half, cx + half, cy + half])
 
@@ -173,16 +173,15 @@ def _background(
     stage: RefineStage,
     plan: RefinementPlan,
     rng: np.random.Generator,
-    tick: Progress,
+    progress: Progress,
 ) -> NDArray[np.uint8]:
     out = [np.zeros((0, FEATURES), np.uint8)]
     changed = PictureChanges(1.0 - plan.other_cameras, plan.other_cameras)
     for scene, picture, boxes in background_candidates(
-        scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, tick
+        scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, progress
     ):
         moved = stage.step(0, boxes, features_of(picture, boxes))
-        if len(scene.occupied):
-            moved = moved[iou(moved, scene.occupied).max(axis=1) < 0.4]
+        moved = moved[away_from_signs(moved, scene.occupied, MOVED_OVERLAP)]
         if len(moved):
             out.append(features_of(picture, moved))
     return np.concatenate(out)
@@ -192,7 +191,7 @@ def _anywhere(scenes: Sequence[Scene], stage: RefineStage, count: int, rng: np.r
     """Features of random boxes away from signs, moved by the first regression like candidates."""
     out = []
     for scene in scenes:
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         side = rng.uniform(16, 64, -(-count // len(scenes)))
         x, y = rng.uniform(0, picture.shape[1] - side), rng.uniform(0, picture.shape[0] - side)
         boxes = np.stack([x, y, x + side, y + side], axis=-1)

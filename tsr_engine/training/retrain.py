@@ -21,6 +21,7 @@ from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.errors import InputError, ModelError, UsageError
 from tsr_engine.io.models import SHIPPED, Component, load_component, read_manifest, save_component
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.pipeline import make_reader, one_blas_thread
@@ -31,7 +32,6 @@ from tsr_engine.training.exports import OpenedExport
 from tsr_engine.training.holdout import HoldoutSplit, evaluate_detection, evaluate_reading, hold_out, regressions
 from tsr_engine.training.memory import COMPONENT as MEMORY
 from tsr_engine.training.memory import Samples
-from tsr_engine.training.mining import read_picture
 from tsr_engine.training.network_choice import compare_with_network, network_note
 from tsr_engine.training.progress import Progress, named
 from tsr_engine.training.public_figures import public_figures, remembered_figures
@@ -44,7 +44,7 @@ from tsr_engine.training.refine_classifier import (
 )
 from tsr_engine.training.refine_detector import DetectorRefinement, refine_detector
 from tsr_engine.training.refine_online import refine_online
-from tsr_engine.training.refine_prior import blended_table, detect_scenes, refined_lambda
+from tsr_engine.training.refine_prior import blended_table, held_out_detections, refined_lambda
 
 __all__ = ["PARTS", "Recipe", "Report", "retrain"]
 
@@ -125,67 +125,52 @@ def retrain(
         StorageError: no space.
     """
     with one_blas_thread():  # the order of sums, and so every byte, is independent of the number of cores
-        return _retrain(exports, recipe, parent, out, work, progress, gtsdb, gtsrb)
-
-
-def _retrain(
-    exports: Sequence[OpenedExport],
-    recipe: Recipe,
-    parent: Path | None,
-    out: Path,
-    work: Path,
-    progress: Progress,
-    gtsdb: Path | None,
-    gtsrb: Path | None,
-) -> Report:
-    scenes: list[CorrectedScene] = []
-    split_of_sign: dict[str, str] = {}
-    old = _load(parent)
-    keys = old["classifier"].params.get("labels") or default_keys()
-    further = new_label_keys(exports, keys) if "classifier" in recipe.parts else ()
-    exports = map_to_classes(exports, (*keys, *further))
-    for number, export in enumerate(exports):
-        folder = work / f"e{number:02d}"
-        scenes += corrected_scenes(export.dataset, folder, recipe.sampling, progress, export.pictures, recipe.seed)
-        split_of_sign.update({f"{video}/{uid}": side for (video, uid), side in export.sides.items()})
-    _require_signs(scenes, exports)
-    scenes, further = drop_unseen_labels(scenes, len(keys), further)
-    base = {**old, "classifier": _extend_labels(old["classifier"], further)}
-    holdout = (
-        hold_out(scenes, recipe.seed, recipe.held_out, split_of_sign) if recipe.held_out > 0 else HoldoutSplit(scenes)
-    )
-    figures: JsonObject = {}
-    worse: list[str] = []
-    if holdout.held:
-        trial, _ = _refine_parts(base, holdout.training, recipe, named("trial", progress))
-        new_figures = _measure(trial, holdout.held, named("new version", progress))
-        old_figures = _measure(old, holdout.held, named("earlier version", progress))
-        figures["corrections"] = {
-            "by": holdout.by,
-            "signs": len(holdout.signs),
-            "pictures": len(holdout.held),
-            "new": new_figures,
-            "parent": old_figures,
+        scenes: list[CorrectedScene] = []
+        split_of_sign: dict[str, str] = {}
+        old = _load(parent)
+        keys = old["classifier"].params.get("labels") or default_keys()
+        further = new_label_keys(exports, keys) if "classifier" in recipe.parts else ()
+        exports = map_to_classes(exports, (*keys, *further))
+        for number, export in enumerate(exports):
+            folder = work / f"e{number:02d}"
+            scenes += corrected_scenes(export.dataset, folder, recipe.sampling, progress, export.pictures, recipe.seed)
+            split_of_sign.update({f"{video}/{uid}": subset for (video, uid), subset in export.split.items()})
+        _require_signs(scenes, exports)
+        scenes, further = drop_unseen_labels(scenes, len(keys), further)
+        base = {**old, "classifier": _extend_labels(old["classifier"], further)}
+        holdout = hold_out(scenes, recipe.seed, recipe.held_out, split_of_sign)
+        figures: JsonObject = {}
+        worse: list[str] = []
+        if holdout.held:
+            trial, _ = _refine_parts(base, holdout.training, recipe, named("trial", progress))
+            new_figures = _measure(trial, holdout.held, named("new version", progress))
+            old_figures = _measure(old, holdout.held, named("earlier version", progress))
+            figures["corrections"] = {
+                "by": holdout.by,
+                "signs": len(holdout.signs),
+                "pictures": len(holdout.held),
+                "new": new_figures,
+                "parent": old_figures,
+            }
+            worse += regressions(new_figures, old_figures, "Held-out corrections")
+        new, counts = _refine_parts(base, scenes, recipe, progress)
+        for name, new_figures, old_figures in (
+            ("remembered", remembered_figures(new), remembered_figures(old)),
+            *public_figures(new, old, gtsdb, gtsrb, recipe.seed, progress),
+        ):
+            if new_figures:
+                figures[name] = {"new": new_figures, "parent": old_figures}
+                worse += regressions(new_figures, old_figures, _FIGURE_TITLES[name])
+        figures["worse"] = worse
+        lineage = _lineage(exports, recipe, parent, old, holdout, scenes, counts)
+        if further:
+            lineage |= {"labels": new["classifier"].params["labels"], "added_labels": list(further)}
+        progress("writing", 0, 1)
+        models = {
+            name: save_component(replace(component, figures=_component_figures(name, component, figures)), out)
+            for name, component in new.items()
         }
-        worse += regressions(new_figures, old_figures, "Held-out corrections")
-    new, counts = _refine_parts(base, scenes, recipe, progress)
-    for name, new_figures, old_figures in (
-        ("remembered", remembered_figures(new), remembered_figures(old)),
-        *public_figures(new, old, gtsdb, gtsrb, recipe.seed, progress),
-    ):
-        if new_figures:
-            figures[name] = {"new": new_figures, "parent": old_figures}
-            worse += regressions(new_figures, old_figures, _FIGURE_TITLES[name])
-    figures["worse"] = worse
-    lineage = _lineage(exports, recipe, parent, old, holdout, scenes, counts)
-    if further:
-        lineage |= {"labels": new["classifier"].params["labels"], "added_labels": list(further)}
-    progress("writing", 0, 1)
-    models = {
-        name: save_component(replace(component, figures=_component_figures(name, component, figures)), out)
-        for name, component in new.items()
-    }
-    return Report(figures, lineage, models)
+        return Report(figures, lineage, models)
 
 
 _FIGURE_TITLES: Final = {"remembered": "Remembered training data", "gtsdb": "GTSDB scenes", "gtsrb": "GTSRB tracks"}
@@ -264,11 +249,12 @@ def _refine_prior(
     table: NDArray[np.float32] = parent.arrays["table"].astype(np.float32)
     centres = int(parent.data.get("centres", old["detector"].data.get("scenes", {}).get("signs", 852)))
     if "prior" in recipe.parts:
-        sizes = [(picture.shape[1], picture.shape[0]) for picture in (read_picture(s.scene) for s in scenes)]
+        sizes = [(picture.shape[1], picture.shape[0]) for picture in (read_picture(s.scene.path) for s in scenes)]
         table, centres = blended_table(table, centres, scenes, sizes)
     weight = float(parent.params["lambda"])
     if "lambda" in recipe.parts:
-        found = refined_lambda(table, dict(old["detector"].arrays), _SCENE_SIZE, detect_scenes(model, scenes, progress))
+        detected = held_out_detections(model, scenes, progress)
+        found = refined_lambda(table, dict(old["detector"].arrays), _SCENE_SIZE, detected)
         weight = weight if found is None else round(found, 6)
     data = {**parent.data, "centres": centres}
     return Component("prior", {"table": table}, {**parent.params, "lambda": weight}, data, {}, recipe.seed)

@@ -17,17 +17,18 @@ from tsr_engine.detection.refine.sign_verifier import SignVerifier
 from tsr_engine.detection.refine.stage import RefineStage
 from tsr_engine.detection.trees import TreeEnsemble
 from tsr_engine.detection.window import Window
-from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.augment import other_camera, shade
-from tsr_engine.training.classifier import descend, drawn_crops, shown_views
+from tsr_engine.training.classifier import descend, shown_views
 from tsr_engine.training.classifier_augmentation import BACKGROUND, LoadedCrop, jittered_view, surrounded_crop
 from tsr_engine.training.classifier_network import Network, NetworkSettings
-from tsr_engine.training.drawn_signs import EMPTY, PRINTED, drawn_crop
-from tsr_engine.training.mining import PictureChanges, background_candidates, read_picture
+from tsr_engine.training.drawn_signs import EMPTY, PRINTED, drawn_crop, drawn_crops
+from tsr_engine.training.mining import PictureChanges, away_from_signs, background_candidates
 from tsr_engine.training.progress import Progress
+from tsr_engine.training.refinement import MOVED_OVERLAP
 from tsr_engine.training.yellow_grounds import sometimes_yellow
 
 
@@ -130,7 +131,7 @@ def _by_another_camera(crop: LoadedCrop, plan: SignVerifierPlan, rng: np.random.
     return crop
 
 
-def sign_crops(scenes: Sequence[Scene]) -> list[LoadedCrop]:
+def surrounded_signs(scenes: Sequence[Scene]) -> list[LoadedCrop]:
     """The annotated signs of scenes with their surroundings.
 
     Raises:
@@ -139,7 +140,7 @@ def sign_crops(scenes: Sequence[Scene]) -> list[LoadedCrop]:
     out = []
     for scene in scenes:
         if len(scene.boxes):
-            picture = read_picture(scene)
+            picture = read_picture(scene.path)
             pairs = zip(scene.boxes, scene.class_ids, strict=True)
             out += [surrounded_crop(picture, box, int(class_id)) for box, class_id in pairs]
     return out
@@ -166,9 +167,7 @@ def background_crops(
         scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, progress
     ):
         refined, _ = stage.refine_and_verify(picture, boxes)
-        refined = refined[_within(refined, picture)]
-        if len(scene.occupied) and len(refined):
-            refined = refined[iou(refined, scene.occupied).max(axis=1) < 0.4]
+        refined = refined[_within(refined, picture) & away_from_signs(refined, scene.occupied, MOVED_OVERLAP)]
         out += [surrounded_crop(picture, box, BACKGROUND) for box in refined]
     return out
 

@@ -29,6 +29,12 @@ __all__ = ["COMPONENTS", "train_component", "train_parts"]
 
 COMPONENTS: Final = ("detector", "prior", "classifier", "online", MEMORY, OTHER_SHAPES)
 """Components trained on public data, in this order."""
+_NEEDS: Final = {
+    "classifier": ("--gtsrb DIR",),
+    MEMORY: ("--gtsdb DIR", "--gtsrb DIR"),
+    OTHER_SHAPES: ("--gtsdb DIR", "--signs FILE"),
+}
+"""Component -> options that name its data; the others need scenes only."""
 
 
 def train_component(
@@ -56,14 +62,10 @@ def train_component(
         UsageError: required data is not named.
         InputError: the data cannot be read.
     """
-    needs = {"classifier": (gtsrb,), MEMORY: (gtsdb, gtsrb), OTHER_SHAPES: (gtsdb, signs)}.get(name, (gtsdb,))
-    if name not in COMPONENTS or None in needs:
-        wanted = {
-            "classifier": "--gtsrb DIR",
-            MEMORY: "--gtsdb DIR and --gtsrb DIR",
-            OTHER_SHAPES: "--gtsdb DIR and --signs FILE",
-        }.get(name, "--gtsdb DIR")
-        raise UsageError(f"Training {name} needs {wanted}. Name the unpacked data.")
+    named_data = {"--gtsdb DIR": gtsdb, "--gtsrb DIR": gtsrb, "--signs FILE": signs}
+    needs = _NEEDS.get(name, ("--gtsdb DIR",))
+    if name not in COMPONENTS or any(named_data[option] is None for option in needs):
+        raise UsageError(f"Training {name} needs {' and '.join(needs)}. Name the unpacked data.")
     if name == "classifier":
         return train_classifier(gtsrb or Path(), seed, progress=progress)
     scenes = read_gtsdb(gtsdb or Path())
