@@ -16,8 +16,8 @@ from tsr_engine.geometry.boxes import area, intersection, iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.augment import shade
 from tsr_engine.training.progress import Progress
+from tsr_engine.training.synthetic.augment import shade
 
 __all__ = ["VERSIONS", "by_version", "version"]
 

@@ -28,8 +28,8 @@ from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
-from tsr_engine.training.detector import DetectorPlan, fit_detector
-from tsr_engine.training.detector_components import (
+from tsr_engine.training.public.detector import DetectorPlan, fit_detector
+from tsr_engine.training.public.detector_components import (
     AS_ANNOTATED,
     calibrate_model,
     detect_scenes,

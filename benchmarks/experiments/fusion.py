@@ -21,8 +21,8 @@ from tsr_engine.params.fusion import FusionParams
 from tsr_engine.pipeline import one_blas_thread
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.crops import cut
-from tsr_engine.training.classifier import ClassifierSettings, train_on_split
-from tsr_engine.training.classifier_augmentation import load_crop
+from tsr_engine.training.public.classifier import ClassifierSettings, train_on_split
+from tsr_engine.training.synthetic.classifier_augmentation import load_crop
 
 __all__ = ["EXPERIMENT", "FOLDS", "crop_time"]
 

@@ -10,8 +10,8 @@ from benchmarks.networks import trained_on
 from tsr_engine.evaluation.fusion import evaluate_fusion, track_votes
 from tsr_engine.io.gtsrb import folds_by_track, read_items
 from tsr_engine.params import Params
-from tsr_engine.training.classifier import load_all
-from tsr_engine.training.classifier_figures import held_out_figures
+from tsr_engine.training.public.classifier import load_all
+from tsr_engine.training.public.classifier_figures import held_out_figures
 
 __all__ = ["EXPERIMENT"]
 

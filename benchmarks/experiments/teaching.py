@@ -13,7 +13,7 @@ from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.recognition.classifier import COMPONENT, GEOMETRY, SignClassifier
-from tsr_engine.training.classifier import ClassifierSettings
+from tsr_engine.training.public.classifier import ClassifierSettings
 
 __all__ = ["EXPERIMENT"]
 

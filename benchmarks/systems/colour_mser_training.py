@@ -22,9 +22,9 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
-from tsr_engine.training.calibration import fit_calibration
-from tsr_engine.training.mining import PictureChanges, searched_picture
-from tsr_engine.training.patches import PATCH
+from tsr_engine.training.public.calibration import fit_calibration
+from tsr_engine.training.public.mining import PictureChanges, searched_picture
+from tsr_engine.training.public.patches import PATCH
 
 __all__ = ["SvmPlan", "proposal_recall", "train_colour_mser"]
 

@@ -13,9 +13,9 @@ from tsr_engine.io.gtsrb import CropItem, tracks_of
 from tsr_engine.io.gtsrb import read_picture as read_crop
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.records import Picture
-from tsr_engine.training.augment import relight, soften
-from tsr_engine.training.crops import over_background
-from tsr_engine.training.patches import PATCH, jitter
+from tsr_engine.training.public.crop_windows import over_background
+from tsr_engine.training.public.patches import PATCH, jitter
+from tsr_engine.training.synthetic.augment import relight, soften
 
 __all__ = ["SignPatch", "crop_patches", "scene_patches"]
 

@@ -19,7 +19,7 @@ from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import OfflineDetector
-from tsr_engine.training.detector_components import split_scenes
+from tsr_engine.training.public.detector_components import split_scenes
 
 __all__ = ["SYSTEMS", "System", "TrainedSystem", "split", "trained"]
 

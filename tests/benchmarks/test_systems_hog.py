@@ -20,7 +20,7 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.mining import MIN_WIDTH
+from tsr_engine.training.public.mining import MIN_WIDTH
 
 
 def _ensemble(trees: int, seed: int = 0) -> TreeEnsemble:

@@ -13,7 +13,7 @@ from benchmarks.experiment import Result
 from benchmarks.experiments.teaching import EXPERIMENT
 from benchmarks.teaching_labels import FRAMES, HIDDEN, base_classifier, figures_of, taught_crops
 from tsr_engine.io.gtsrb import CropItem
-from tsr_engine.training.classifier import ClassifierSettings
+from tsr_engine.training.public.classifier import ClassifierSettings
 
 
 @pytest.fixture
