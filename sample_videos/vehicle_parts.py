@@ -94,13 +94,7 @@ def wheels(length: float, width: float, radius: float, axles: tuple[float, ...])
     for z in axles:
         for side in (-1.0, 1.0):
             middle = np.array([0.0, radius, z * length])
-            rings = (
-                (1.12, lin(12, 12, 13), 0.0),
-                (1.0, RUBBER, 0.012),
-                (0.62, lin(120, 122, 126), 0.02),
-                (0.2, TRIM, 0.03),
-            )
-            for r, colour, push in rings:
+            for r, colour, push in _WHEEL:
                 rim = np.full(14, side * (width / 2 + push))
                 points = np.stack(
                     [rim, radius + r * radius * np.sin(angle), z * length + r * radius * np.cos(angle)], axis=1

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tsr_engine.pictograms.canvas import Canvas, Colour, Points, arc, turned
+from tsr_engine.pictograms.canvas import Canvas, Colour, arc, as_points, turned
 from tsr_engine.pictograms.palette import AMBER, BLACK, RED, SIGNAL_GREEN, WHITE
-from tsr_engine.pictograms.paths import path
+from tsr_engine.pictograms.paths import Points, path
 
 
 def moved(points: Points, scale: float, dx: float, dy: float) -> Points:
@@ -14,16 +14,17 @@ def moved(points: Points, scale: float, dx: float, dy: float) -> Points:
     return np.asarray(points * scale + np.array([dx, dy]))
 
 
-def arrow(canvas: Canvas, line: Points, width: float, head: float, colour: Colour) -> None:
+def arrow(canvas: Canvas, line: Points | str, width: float, head: float, colour: Colour) -> None:
     """A broad arrow along a line.
 
     Args:
         canvas: Where to draw.
-        line: (n, 2) centre line; the tip lies at its last point.
+        line: (n, 2) centre line, or the text of a `path`; the tip lies at its last point.
         width: Width of the shaft.
         head: Width of the head; its length is 0.72 of that.
         colour: Colour (r, g, b).
     """
+    line = as_points(line)
     along = line[-1] - line[-2]
     along = along / np.hypot(*along)
     side = np.array([-along[1], along[0]])
@@ -67,8 +68,8 @@ def lorry_side(canvas: Canvas, cx: float, cy: float, width: float, colour: Colou
 
 def crossing_priority(canvas: Canvas) -> None:
     """A broad arrow up with a thin crossing bar: right of way at the next crossing."""
-    canvas.fill(path("-8 56 -8 -2 -15.5 -2 0 -26 15.5 -2 8 -2 8 56"), BLACK)
-    canvas.fill(path("-25 15 25 15 25 25 -25 25"), BLACK)
+    canvas.fill("-8 56 -8 -2 -15.5 -2 0 -26 15.5 -2 8 -2 8 56", BLACK)
+    canvas.fill("-25 15 25 15 25 25 -25 25", BLACK)
 
 
 def exclamation(canvas: Canvas) -> None:
@@ -86,12 +87,12 @@ def bend(canvas: Canvas, right: bool) -> None:
 
 def double_bend(canvas: Canvas) -> None:
     """A zigzag arrow that first goes left."""
-    arrow(canvas, path("14 57 14 13 -9 31 -9 -26"), 0.14, 0.25, BLACK)
+    arrow(canvas, "14 57 14 13 -9 31 -9 -26", 0.14, 0.25, BLACK)
 
 
 def bumps(canvas: Canvas) -> None:
     """Two humps on a line."""
-    canvas.fill(path("-46 46 46 46 46 55 -46 55"), BLACK)
+    canvas.fill("-46 46 46 46 46 55 -46 55", BLACK)
     for x in (-0.21, 0.21):
         hump = np.concatenate([path("-24 48"), arc(0, 0.36, 0.12, 0.11, 200, 340, 12), path("24 48")])
         canvas.fill(moved(hump, 1, x, 0), BLACK)
@@ -114,18 +115,18 @@ def skid(canvas: Canvas) -> None:
 
 def narrows(canvas: Canvas) -> None:
     """A road that narrows from the right."""
-    canvas.fill(path("-20 57 -20 -14 -9 -14 -9 57"), BLACK)
-    canvas.fill(path("30 57 30 34 12 14 12 -14 1 -14 1 20 18 38 18 57"), BLACK)
+    canvas.fill("-20 57 -20 -14 -9 -14 -9 57", BLACK)
+    canvas.fill("30 57 30 34 12 14 12 -14 1 -14 1 20 18 38 18 57", BLACK)
 
 
 def roadworks(canvas: Canvas) -> None:
     """A digging man and a heap."""
     canvas.disc(-0.07, -0.13, 0.075, BLACK)
-    canvas.stroke(path("-12 -2 -20 25"), 0.15, BLACK, caps=True)
-    canvas.stroke(path("-20 25 -12 40 -17 57"), 0.085, BLACK, caps=False)
-    canvas.stroke(path("-22 25 -30 42 -38 57"), 0.085, BLACK)
-    canvas.stroke(path("-10 0 5 16 -2 22"), 0.06, BLACK, caps=True)
-    canvas.stroke(path("-22 16 22 40"), 0.035, BLACK)
+    canvas.stroke("-12 -2 -20 25", 0.15, BLACK, caps=True)
+    canvas.stroke("-20 25 -12 40 -17 57", 0.085, BLACK, caps=False)
+    canvas.stroke("-22 25 -30 42 -38 57", 0.085, BLACK)
+    canvas.stroke("-10 0 5 16 -2 22", 0.06, BLACK, caps=True)
+    canvas.stroke("-22 16 22 40", 0.035, BLACK)
     heap = np.concatenate([path("0 58"), arc(0.24, 0.5, 0.14, 0.2, 195, 345, 12), path("47 58")])
     canvas.fill(heap, BLACK)
 
@@ -196,10 +197,10 @@ def deer(canvas: Canvas) -> None:
         "-30 -6 -20 -14 -13 -14 -5 8 10 15 27 22 31 30 28 38 38 52 36 55 24 43 14 37 0 34 -10 32 -15 24 -16 6 -27 0"
     )
     canvas.fill(body, BLACK)
-    canvas.stroke(path("-11 28 -30 29 -37 40"), 0.055, BLACK, caps=True)
-    canvas.stroke(path("-7 29 -22 37 -25 49"), 0.055, BLACK, caps=True)
-    canvas.stroke(path("20 38 27 48 42 58"), 0.05, BLACK, caps=True)
-    canvas.stroke(path("29 24 36 20"), 0.05, BLACK, caps=True)
+    canvas.stroke("-11 28 -30 29 -37 40", 0.055, BLACK, caps=True)
+    canvas.stroke("-7 29 -22 37 -25 49", 0.055, BLACK, caps=True)
+    canvas.stroke("20 38 27 48 42 58", 0.05, BLACK, caps=True)
+    canvas.stroke("29 24 36 20", 0.05, BLACK, caps=True)
     for points in (
         path("-15 -12 -6 -20 -8 -32"),
         path("-8 -19 2 -25"),
@@ -223,7 +224,7 @@ def turn_ahead(canvas: Canvas, right: bool) -> None:
 
 def straight(canvas: Canvas) -> None:
     """A broad arrow up."""
-    arrow(canvas, path("0 64 0 -70"), 0.24, 0.66, WHITE)
+    arrow(canvas, "0 64 0 -70", 0.24, 0.66, WHITE)
 
 
 def straight_or(canvas: Canvas, right: bool) -> None:

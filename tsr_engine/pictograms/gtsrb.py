@@ -11,7 +11,6 @@ from tsr_engine.pictograms import figures as pic
 from tsr_engine.pictograms.canvas import Canvas, Points, regular, rounded
 from tsr_engine.pictograms.glyphs import write
 from tsr_engine.pictograms.palette import BLACK, GREY, RED, WHITE, YELLOW
-from tsr_engine.pictograms.paths import path
 from tsr_engine.pictograms.plates import blue_disc, end_bars, end_ring, red_ring, round_face, triangle, warning_face
 from tsr_engine.pictograms.symbols import figure
 
@@ -108,7 +107,7 @@ def _special(canvas: Canvas, class_id: int) -> None:
     elif class_id == 17:
         canvas.disc(0, 0, 1.1, WHITE)
         canvas.disc(0, 0, 0.955, RED)
-        canvas.fill(path("-76 -17 76 -17 76 17 -76 17"), WHITE)
+        canvas.fill("-76 -17 76 -17 76 17 -76 17", WHITE)
     elif class_id == 12:
         for radius, corner, colour in (
             (1.1, 0.08, BLACK),

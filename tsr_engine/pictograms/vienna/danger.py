@@ -10,7 +10,6 @@ from tsr_engine.pictograms import arrows, figures, people, roads, vehicles
 from tsr_engine.pictograms.canvas import Canvas, regular, rounded
 from tsr_engine.pictograms.glyphs import write
 from tsr_engine.pictograms.palette import BLACK, RED, WHITE
-from tsr_engine.pictograms.paths import path
 from tsr_engine.pictograms.plates import board, danger
 from tsr_engine.pictograms.symbols import countdown, several
 
@@ -24,7 +23,7 @@ def _slope(percent: str, *, ascent: bool) -> Canvas:
     """The ground rises to one corner of the inner triangle; the figure stands above its slope."""
     canvas = danger(several())
     ground = canvas.placed(1, mirror=ascent)
-    ground.fill(path("-64 67 -42 24 64 67"), BLACK)
+    ground.fill("-64 67 -42 24 64 67", BLACK)
     write(canvas.placed(1, 0.04 * (-1 if ascent else 1), 0.15), percent, 0.25, 0, 0, BLACK, 0.78)
     return canvas
 
@@ -35,8 +34,8 @@ def _st_andrew(*, double: bool) -> Canvas:
     scale = 0.98
     if double:
         lower = canvas.placed(scale, 0, 0.3)
-        lower.stroke(path("-88 47 0 0 88 47"), 0.3, RED)
-        lower.stroke(path("-50 27 0 0 50 27"), 0.22, WHITE)
+        lower.stroke("-88 47 0 0 88 47", 0.3, RED)
+        lower.stroke("-50 27 0 0 50 27", 0.22, WHITE)
     roads.cross_of_st_andrew(canvas.placed(scale, 0, offsets[0]))
     for polygon in canvas.polygons():
         canvas.outline(polygon)

@@ -12,7 +12,6 @@ from tsr_engine.pictograms import arrows, facilities, people, roads, vehicles
 from tsr_engine.pictograms.canvas import Canvas, Colour, arc, rounded
 from tsr_engine.pictograms.figures import arrow
 from tsr_engine.pictograms.palette import BLACK, BLUE, BROWN, GREEN, RED, WHITE, YELLOW
-from tsr_engine.pictograms.paths import path
 from tsr_engine.pictograms.plates import ON_BLUE, PLAIN, SQUARE, UPRIGHT, Symbol, board
 from tsr_engine.pictograms.symbols import at, countdown, fitted, several
 
@@ -32,8 +31,8 @@ def _pointer(symbol: Symbol, *, ground: Colour, ink: Colour, left: bool = False)
 
 def _junction(canvas: Canvas) -> None:
     """A diagram of a junction with names at its arms."""
-    arrow(canvas, path("-10 94 -10 -50"), 0.18, 0.44, BLACK)
-    arrow(canvas, path("-10 30 62 30"), 0.14, 0.36, BLACK)
+    arrow(canvas, "-10 94 -10 -50", 0.18, 0.44, BLACK)
+    arrow(canvas, "-10 30 62 30", 0.14, 0.36, BLACK)
     fitted("BERN", 1.0, 0.28, -0.1, -0.76)(canvas)
     fitted("BASEL", 0.8, 0.24, 0.48, -0.06)(canvas)
 
@@ -41,15 +40,15 @@ def _junction(canvas: Canvas) -> None:
 def _round_junction(canvas: Canvas) -> None:
     """A diagram of a roundabout with three exits."""
     canvas.stroke(arc(0, 0, 0.34, 0.34, 0, 360, 60), 0.16, BLACK)
-    canvas.stroke(path("0 94 0 34"), 0.18, BLACK)
+    canvas.stroke("0 94 0 34", 0.18, BLACK)
     for turn in (-90, 0, 90):
-        arrow(canvas.placed(1, turn=turn), path("0 -30 0 -92"), 0.16, 0.42, BLACK)
+        arrow(canvas.placed(1, turn=turn), "0 -30 0 -92", 0.16, 0.42, BLACK)
 
 
 def _stack(canvas: Canvas) -> None:
     """Three destinations above each other, each with its arrow."""
     for y, text, turn in ((-0.62, "BERN", 0), (0.0, "BASEL", -90), (0.62, "ROMA", 90)):
-        arrow(canvas.placed(0.24, -0.68, y, turn=turn), path("0 96 0 -98"), 0.34, 0.9, BLACK)
+        arrow(canvas.placed(0.24, -0.68, y, turn=turn), "0 96 0 -98", 0.34, 0.9, BLACK)
         fitted(text, 1.1, 0.36, 0.22, y)(canvas)
         if y < 0.5:
             canvas.stroke(np.array([(-1.0, y + 0.31), (1.0, y + 0.31)]), 0.04, BLACK)
@@ -65,18 +64,18 @@ def _distances(canvas: Canvas) -> None:
 def _pass_road(canvas: Canvas) -> None:
     """The name of a pass above three fields: closed, chains, open as far as."""
     fitted("FURKA", 1.1, 0.28, 0, -0.66)(canvas.placed(1, colours={BLACK: WHITE}))
-    canvas.fill(path("-56 -40 56 -40 56 -2 -56 -2"), RED)
+    canvas.fill("-56 -40 56 -40 56 -2 -56 -2", RED)
     fitted("CLOSED", 0.98, 0.24, 0, -0.21)(canvas.placed(1, colours={BLACK: WHITE}))
-    canvas.fill(path("-56 6 56 6 56 44 -56 44"), WHITE)
+    canvas.fill("-56 6 56 6 56 44 -56 44", WHITE)
     canvas.disc(0, 0.25, 0.17, BLUE)
     vehicles.snow_chain(canvas.placed(0.11, 0, 0.25, colours=ON_BLUE))
-    canvas.fill(path("-56 52 56 52 56 84 -56 84"), WHITE)
+    canvas.fill("-56 52 56 52 56 84 -56 84", WHITE)
 
 
 def _exit_route(canvas: Canvas) -> None:
     """The runner with an arrow and a distance."""
     people.running_out(canvas.placed(0.66, -0.62, 0.0))
-    arrow(canvas, path("10 -24 92 -24"), 0.14, 0.4, BLACK)
+    arrow(canvas, "10 -24 92 -24", 0.14, 0.4, BLACK)
     fitted("150 m", 0.9, 0.32, 0.5, 0.34)(canvas)
 
 
@@ -97,12 +96,8 @@ def _chevrons(canvas: Canvas) -> None:
 def _sight(canvas: Canvas) -> None:
     """A castle: a sight on the way."""
     canvas.fill(
-        path(
-            "-90 70 -90 -30 -74 -30 -74 -16 -58 -16 -58 -30 -42 -30 -42 -6 -20 -6 -20 -70 -8 -70 -8 -56 8 -56 8 "
-            "-70 20 -70"
-            " 20 -6 42 -6 42 -30 58 -30 58 -16 74 -16 74 -30 90 -30 90 70 16 70 16 36 Q 16 18 0 18 -16 18 -16 36 "
-            "L -16 70"
-        ),
+        "-90 70 -90 -30 -74 -30 -74 -16 -58 -16 -58 -30 -42 -30 -42 -6 -20 -6 -20 -70 -8 -70 -8 -56 8 -56 8 -70 20 -70 "
+        "20 -6 42 -6 42 -30 58 -30 58 -16 74 -16 74 -30 90 -30 90 70 16 70 16 36 Q 16 18 0 18 -16 18 -16 36 L -16 70",
         BLACK,
     )
 
