@@ -30,15 +30,13 @@ def arrow_both(canvas: Canvas) -> None:
 def fork_arrow(canvas: Canvas) -> None:
     """An arrow from below that parts to the left and to the right."""
     canvas.stroke("0 92 0 -8", 0.28, BLACK)
-    for side in (-1, 1):
-        half = canvas.placed(1, mirror=side < 0)
+    for half in canvas.halves():
         arrow(half, "0 20 Q 0 -20 34 -20 L 98 -20", 0.28, 0.72, BLACK)
 
 
 def pass_either_side(canvas: Canvas) -> None:
     """Two arrows obliquely down, one to each side."""
-    for side in (-1, 1):
-        half = canvas.placed(1, mirror=side < 0)
+    for half in canvas.halves():
         arrow(half, "0 -60 0 -40 76 76", 0.26, 0.68, BLACK)
     canvas.stroke("0 -92 0 -34", 0.26, BLACK)
 
@@ -106,8 +104,7 @@ def merging_from_right(canvas: Canvas) -> None:
 
 def narrows_both(canvas: Canvas) -> None:
     """A road that narrows from both sides."""
-    for side in (-1, 1):
-        half = canvas.placed(1, mirror=side < 0)
+    for half in canvas.halves():
         half.fill("72 96 72 44 30 0 30 -70 10 -70 10 10 48 54 48 96", BLACK)
 
 

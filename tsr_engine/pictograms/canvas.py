@@ -145,6 +145,10 @@ class Canvas:
         """
         return _Placed(self, scale, (dx, dy), mirror, turn, colours or {})
 
+    def halves(self) -> tuple[Canvas, Canvas]:
+        """This canvas mirrored left to right, and as it is: for symmetrical drawings."""
+        return self.placed(1, mirror=True), self.placed(1)
+
     def disc(self, x: float, y: float, radius: float, colour: Colour) -> None:
         """Fill a disc."""
         self.fill(arc(x, y, radius, radius, 0, 360, 72), colour)

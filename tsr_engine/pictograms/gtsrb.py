@@ -8,9 +8,10 @@ from functools import partial
 import numpy as np
 
 from tsr_engine.pictograms import figures as pic
-from tsr_engine.pictograms.canvas import Canvas, Points, regular, rounded
+from tsr_engine.pictograms.canvas import Canvas, regular, rounded
 from tsr_engine.pictograms.glyphs import write
 from tsr_engine.pictograms.palette import BLACK, GREY, RED, WHITE, YELLOW
+from tsr_engine.pictograms.paths import Points
 from tsr_engine.pictograms.plates import blue_disc, end_bars, end_ring, red_ring, round_face, triangle, warning_face
 from tsr_engine.pictograms.symbols import figure
 

@@ -186,8 +186,7 @@ def handcart(canvas: Canvas) -> None:
 def frog(canvas: Canvas) -> None:
     """A frog from above."""
     canvas.fill("-26 -60 Q 0 -92 26 -60 44 -30 40 10 30 56 0 64 -30 56 -40 10 -44 -30 -26 -60", BLACK)
-    for x in (-1, 1):
-        side = canvas.placed(1, mirror=x < 0)
+    for side in canvas.halves():
         side.disc(0.22, -0.68, 0.12, BLACK)
         side.stroke("30 -24 66 -44 72 -78", 0.14, BLACK, caps=True)
         side.stroke("72 -78 58 -90", 0.07, BLACK, caps=True)

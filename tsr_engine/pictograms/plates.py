@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from tsr_engine.pictograms.canvas import Canvas, Colour, Points, arc, regular, rounded
+from tsr_engine.pictograms.canvas import Canvas, Colour, arc, regular, rounded
 from tsr_engine.pictograms.palette import BLACK, BLUE, GREY, PALE, RED, WHITE
+from tsr_engine.pictograms.paths import Points
 
 Symbol = Callable[[Canvas], None]
 """Draws what a sign shows, on a canvas whose unit is about half the symbol's width."""

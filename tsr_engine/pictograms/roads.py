@@ -107,13 +107,12 @@ def tunnel(canvas: Canvas) -> None:
 
 def motorway(canvas: Canvas) -> None:
     """Two carriageways below a bridge."""
-    for side in (-1, 1):
-        half = canvas.placed(1, mirror=side < 0)
+    for half in canvas.halves():
         half.fill("8 96 78 96 26 -98 8 -98", BLACK)
     canvas.fill("-98 -40 98 -40 98 -8 -98 -8", WHITE)
     canvas.fill("-92 -34 92 -34 92 -16 -92 -16", BLACK)
-    for x in (-1, 1):
-        canvas.placed(1, mirror=x < 0).fill("80 -16 92 -16 92 12 80 12", BLACK)
+    for half in canvas.halves():
+        half.fill("80 -16 92 -16 92 12 80 12", BLACK)
 
 
 def skyline(canvas: Canvas) -> None:
@@ -146,5 +145,5 @@ def cross_of_st_andrew(canvas: Canvas) -> None:
         arm.fill("-96 -11 96 -11 96 11 -96 11", WHITE)
     for turn in (28, -28):
         arm = canvas.placed(1, turn=turn)
-        for side in (-1, 1):
-            arm.placed(1, mirror=side < 0).fill("52 -15 100 -15 100 15 52 15", RED)
+        for half in arm.halves():
+            half.fill("52 -15 100 -15 100 15 52 15", RED)

@@ -21,8 +21,8 @@ def _rimmed(canvas: Canvas, x: float, y: float, radius: float, tyre: float) -> N
 
 def car_front(canvas: Canvas) -> None:
     """A passenger car from the front."""
-    for side in (-1, 1):
-        canvas.placed(1, mirror=side < 0).fill("90 50 90 82 56 82 56 50", BLACK)
+    for half in canvas.halves():
+        half.fill("90 50 90 82 56 82 56 50", BLACK)
     canvas.fill(
         "-98 60 -98 8 Q -98 -10 -82 -14 L -62 -62 Q -58 -72 -46 -72 L 46 -72 Q 58 -72 62 -62 L 82 -14 Q 98 -10 98 8 L "
         "98 60",

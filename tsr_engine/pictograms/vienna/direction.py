@@ -29,6 +29,10 @@ def _pointer(symbol: Symbol, *, ground: Colour, ink: Colour, left: bool = False)
     return canvas
 
 
+def _blue_pointer(*symbols: Symbol) -> Canvas:
+    return _pointer(several(*symbols), ground=BLUE, ink=WHITE)
+
+
 def _junction(canvas: Canvas) -> None:
     """A diagram of a junction with names at its arms."""
     arrow(canvas, "-10 94 -10 -50", 0.18, 0.44, BLACK)
@@ -83,11 +87,6 @@ def _shield(text: str, ground: Colour, ink: Colour, width: float) -> Canvas:
     return board((width, 0.5), fitted(text, width * 1.6, 0.56), 1.0, ground=ground, rim=ink, colours={BLACK: ink})
 
 
-def _striped(turn_left: bool, size: tuple[float, float], scale: float) -> Canvas:
-    """A white board with red bars that slope down to one side."""
-    return board(size, arrows.stripes_down_left, scale, ground=WHITE, colours=PLAIN, mirror=turn_left)
-
-
 def _chevrons(canvas: Canvas) -> None:
     for x in (-0.62, 0.04, 0.7):
         arrows.chevron(canvas.placed(0.42, x, 0.0))
@@ -102,6 +101,7 @@ def _sight(canvas: Canvas) -> None:
     )
 
 
+_red_on_white = partial(board, ground=WHITE, colours=PLAIN)
 DIRECTION: Final[dict[str, Callable[[], Canvas]]] = {
     "advance-direction-diagram": partial(board, SQUARE, _junction, 0.9),
     "advance-direction-at-roundabout": partial(board, SQUARE, _round_junction, 0.9),
@@ -112,22 +112,13 @@ DIRECTION: Final[dict[str, Callable[[], Canvas]]] = {
     "indirect-left-turn": partial(board, SQUARE, arrows.indirect_left, 0.86),
     "direction-to-the-right": partial(_pointer, fitted("BERN 15", 1.4, 0.4), ground=WHITE, ink=BLACK),
     "direction-to-the-left": partial(_pointer, fitted("BERN 15", 1.4, 0.4), ground=WHITE, ink=BLACK, left=True),
-    "direction-to-motorway": partial(
-        _pointer, several(at(roads.motorway, 0.22, -0.52, 0), fitted("ROMA", 0.8, 0.36, 0.2)), ground=BLUE, ink=WHITE
-    ),
-    "direction-to-airport": partial(
-        _pointer, several(at(vehicles.aircraft, 0.24, -0.5, 0), fitted("AIR", 0.8, 0.38, 0.2)), ground=BLUE, ink=WHITE
-    ),
+    "direction-to-motorway": partial(_blue_pointer, at(roads.motorway, 0.22, -0.52), fitted("ROMA", 0.8, 0.36, 0.2)),
+    "direction-to-airport": partial(_blue_pointer, at(vehicles.aircraft, 0.24, -0.5), fitted("AIR", 0.8, 0.38, 0.2)),
     "direction-to-camping-site": partial(
-        _pointer,
-        several(at(facilities.tent, 0.24, -0.5, 0), at(vehicles.caravan, 0.32, 0.2, 0.06)),
-        ground=BLUE,
-        ink=WHITE,
+        _blue_pointer, at(facilities.tent, 0.24, -0.5), at(vehicles.caravan, 0.32, 0.2, 0.06)
     ),
-    "direction-to-youth-hostel": partial(_pointer, at(facilities.house_and_tree, 0.28), ground=BLUE, ink=WHITE),
-    "direction-to-park-and-ride": partial(
-        _pointer, several(fitted("P+R", 0.62, 0.36, -0.42), at(vehicles.bus, 0.3, 0.42)), ground=BLUE, ink=WHITE
-    ),
+    "direction-to-youth-hostel": partial(_blue_pointer, at(facilities.house_and_tree, 0.28)),
+    "direction-to-park-and-ride": partial(_blue_pointer, fitted("P+R", 0.62, 0.36, -0.42), at(vehicles.bus, 0.3, 0.42)),
     "tourist-direction": partial(_pointer, at(_sight, 0.32), ground=BROWN, ink=WHITE),
     "tourist-sight": partial(board, (0.98, 0.72), _sight, 0.72, ground=BROWN),
     "distances": partial(board, (0.98, 0.66), _distances, 0.88),
@@ -154,14 +145,12 @@ DIRECTION: Final[dict[str, Callable[[], Canvas]]] = {
     "motorway-number": partial(_shield, "A 8", BLUE, WHITE, 0.86),
     "main-road-number": partial(_shield, "51", YELLOW, BLACK, 0.72),
     "diversion": partial(_pointer, fitted("DETOUR", 1.3, 0.38), ground=YELLOW, ink=BLACK),
-    "chevron-to-the-right": partial(board, (0.74, 0.86), arrows.chevron, 0.72, 0.0, 0.0, ground=WHITE, colours=PLAIN),
-    "chevron-to-the-left": partial(
-        board, (0.74, 0.86), arrows.chevron, 0.72, 0.0, 0.0, ground=WHITE, colours=PLAIN, mirror=True
-    ),
-    "chevrons-to-the-right": partial(board, (0.98, 0.44), _chevrons, 1.0, ground=WHITE, colours=PLAIN),
-    "chevrons-to-the-left": partial(board, (0.98, 0.44), _chevrons, 1.0, ground=WHITE, colours=PLAIN, mirror=True),
-    "hazard-marker-on-the-right": partial(_striped, False, (0.3, 0.98), 1.0),
-    "hazard-marker-on-the-left": partial(_striped, True, (0.3, 0.98), 1.0),
-    "barrier-board": partial(board, (0.98, 0.24), arrows.barrier_beam, 1.0, ground=WHITE, colours=PLAIN),
+    "chevron-to-the-right": partial(_red_on_white, (0.74, 0.86), arrows.chevron, 0.72),
+    "chevron-to-the-left": partial(_red_on_white, (0.74, 0.86), arrows.chevron, 0.72, mirror=True),
+    "chevrons-to-the-right": partial(_red_on_white, (0.98, 0.44), _chevrons, 1.0),
+    "chevrons-to-the-left": partial(_red_on_white, (0.98, 0.44), _chevrons, 1.0, mirror=True),
+    "hazard-marker-on-the-right": partial(_red_on_white, (0.3, 0.98), arrows.stripes_down_left, 1.0),
+    "hazard-marker-on-the-left": partial(_red_on_white, (0.3, 0.98), arrows.stripes_down_left, 1.0, mirror=True),
+    "barrier-board": partial(_red_on_white, (0.98, 0.24), arrows.barrier_beam, 1.0),
 }
 """Makes the drawing of each key."""

@@ -122,6 +122,8 @@ def _general_limits(canvas: Canvas) -> None:
         at(ring(words(text, 0.7, squeeze=0.7 if len(text) == 3 else 0.95)), 0.2, 0.32, y)(canvas)
 
 
+_built_up_area = partial(board, (0.98, 0.62), roads.skyline, 0.8, 0.0, 0.08, ground=WHITE, rim=BLACK)
+_place_name = partial(board, (0.98, 0.62), fitted("ULM", 1.5, 0.6), 1.0, ground=YELLOW, rim=BLACK)
 SPECIAL: Final[dict[str, Callable[[], Canvas]]] = {
     "minimum-speeds-by-lane": partial(_lanes, disc(_small_figure("60")), disc(_small_figure("30"))),
     "minimum-speed-on-one-lane": partial(_lanes, disc(_small_figure("60")), None),
@@ -135,14 +137,10 @@ SPECIAL: Final[dict[str, Callable[[], Canvas]]] = {
     "end-of-motorway": partial(board, SQUARE, roads.motorway, 0.74, ended=True),
     "road-for-motor-vehicles": partial(board, SQUARE, vehicles.car_front, 0.68),
     "end-of-road-for-motor-vehicles": partial(board, SQUARE, vehicles.car_front, 0.68, ended=True),
-    "built-up-area": partial(board, (0.98, 0.62), roads.skyline, 0.8, 0.0, 0.08, ground=WHITE, rim=BLACK),
-    "end-of-built-up-area": partial(
-        board, (0.98, 0.62), roads.skyline, 0.8, 0.0, 0.08, ground=WHITE, rim=BLACK, ended=True
-    ),
-    "place-name": partial(board, (0.98, 0.62), fitted("ULM", 1.5, 0.6), 1.0, ground=YELLOW, rim=BLACK),
-    "end-of-place-name": partial(
-        board, (0.98, 0.62), fitted("ULM", 1.5, 0.6), 1.0, ground=YELLOW, rim=BLACK, ended=True
-    ),
+    "built-up-area": _built_up_area,
+    "end-of-built-up-area": partial(_built_up_area, ended=True),
+    "place-name": _place_name,
+    "end-of-place-name": partial(_place_name, ended=True),
     "tunnel": partial(board, SQUARE, roads.tunnel, 0.74, 0.0, 0.04),
     "end-of-tunnel": partial(board, SQUARE, roads.tunnel, 0.74, 0.0, 0.04, ended=True),
     "pedestrian-crossing": partial(
