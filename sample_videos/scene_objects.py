@@ -254,7 +254,7 @@ class Plate:
         n = np.cross(self.corners[3] - self.corners[0], self.corners[1] - self.corners[0])
         return np.asarray(-n / np.linalg.norm(n))
 
-    def project(self, view: View) -> tuple[Patch, int, int, Array] | None:
+    def project(self, view: View) -> tuple[Patch, int, int] | None:
         """The projected picture in its own colours: patch, x, y; None: not visible."""
         camera = view.camera
         local = camera.to_camera(self.corners)
@@ -283,7 +283,7 @@ class Plate:
         half = np.array([[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1.0]])
         matrix = half @ homography @ np.array([[1 / w, 0, 0.5 / w], [0, 1 / h, 0.5 / h], [0, 0, 1.0]])
         patch = cv2.warpPerspective(picture, matrix, (int(x1 - x0), int(y1 - y0)), flags=cv2.INTER_LINEAR)
-        return patch, int(x0), int(y0), homography
+        return patch, int(x0), int(y0)
 
     def draw(self, view: View) -> None:
         """Paint it."""
@@ -294,7 +294,7 @@ class Plate:
         projected = self.project(view)
         if projected is None:
             return None
-        patch, x, y, _ = projected
+        patch, x, y = projected
         coverage = patch[..., 3].copy()
         normal = self.normal
         if not self.cull and float((view.camera.position - self.place) @ normal) < 0:

@@ -39,6 +39,12 @@ class _Builder:
     def add(self, thing: SceneObject, reach: float) -> None:
         self.drive.things.append((thing, reach))
 
+    def stand(
+        self, build: Callable[..., SceneObject], s: float, d: float, reach: float, *further: float | bool
+    ) -> None:
+        """Add what ``build`` makes of a place beside the road and the road's axes there."""
+        self.add(build(self.drive.path.point(s, d), *self.drive.path.frame(s), *further), reach)
+
     def _pick(self, pictures: list[list[Patch]]) -> list[Patch]:
         return pictures[int(self.rng.integers(len(pictures)))]
 
@@ -143,9 +149,8 @@ class _Builder:
         rng, d = self.rng, self.drive
         path = d.path
         for s in np.arange(-20.0, self.end, 25.0):
-            right, forward = path.frame(s)
             for side in (-1, 1):
-                self.add(structures.delineator(path.point(s, side * 4.35), right, forward), 170)
+                self.stand(structures.delineator, s, side * 4.35, 170)
         s = -10.0
         while s < self.end:
             kind = rng.random()
@@ -180,17 +185,13 @@ class _Builder:
                     at, off, tall = q + rng.uniform(-6, 6), side * rng.uniform(40, 90), rng.uniform(7, 13)
                     self.tree(at, off, tall, 600, conifer=rng.random() < 0.25)
         for q in np.arange(10.0, self.end, 47.0):
-            right, forward = path.frame(q)
-            self.add(structures.wooden_pole(path.point(q, -13.5), right, forward), 360)
+            self.stand(structures.wooden_pole, q, -13.5, 360)
         for q in rng.uniform(20, self.end, int(self.end / 28)):
-            right, forward = path.frame(q)
-            at = path.point(q, float(rng.choice([-1, 1])) * rng.uniform(15, 45))
-            self.add(structures.bale(at, right, forward), 260)
+            self.stand(structures.bale, q, float(rng.choice([-1, 1])) * rng.uniform(15, 45), 260)
             d.distractors.append({"kind": "bale", "s": round(float(q), 1)})
         start = float(rng.uniform(0.35, 0.5)) * self.last
         for q in np.arange(start, start + 56, 4.0):
-            right, forward = path.frame(q)
-            self.add(structures.rail(path.point(q, -4.6), right, forward, 4.0), 160)
+            self.stand(structures.rail, q, -4.6, 160, 4.0)
         for q in np.arange(95, self.end, 150):
             side = -1 if rng.random() < 0.6 else 1
             right, forward = path.frame(q)
@@ -235,8 +236,7 @@ class _Builder:
         for k, q in enumerate(np.arange(22.0, self.end, 33.0)):
             side = -1 if k % 2 else 1
             if self.free(q, side * 6.2, 0):
-                right, forward = path.frame(q)
-                self.add(structures.lamp_post(path.point(q, side * 5.8), right, forward, -side, lit), 300)
+                self.stand(structures.lamp_post, q, side * 5.8, 300, -side, lit)
         for q in np.arange(14.0, self.end, 12.5):
             right, forward = path.frame(q)
             if rng.random() < 0.55 and self.free(q, -4.6, 1.0):

@@ -145,7 +145,7 @@ class House:
             corners = np.stack([crown - out, crown + out, low + out, low - out])
             self._plates.append(_plate_towards(UP, corners, tiles))
         left, low, high = long * 0.2, wall + ridge * 0.4, wall + ridge + 0.8
-        chimney = box(left, left + 0.7, low, high, -0.9, -0.3, lin(120, 70, 56))
+        chimney = box((left, left + 0.7), (low, high), (-0.9, -0.3), lin(120, 70, 56))
         self._chimney = Body(Mesh(chimney), centre, right, forward, shades=False)
 
     @property
@@ -189,19 +189,18 @@ def lamp_post(origin: Array, right: Array, forward: Array, towards: float, lit: 
     grey = lin(118, 122, 122)
     faces = prism(0, 0, 0.07, 0, 6.8, grey)
     end = towards * 1.5
-    arm, head, lamp = (sorted(ends) for ends in ((0, end), (end * 0.7, end * 1.15), (end * 0.75, end * 1.1)))
-    faces += box(arm[0], arm[1], 6.72, 6.80, -0.04, 0.04, grey)
-    faces += box(head[0], head[1], 6.64, 6.78, -0.12, 0.12, lin(90, 92, 92))
-    faces += box(lamp[0], lamp[1], 6.58, 6.64, -0.09, 0.09, lin(250, 236, 200), own=6.0 if lit else 0.0)
+    faces += box((0, end), (6.72, 6.80), (-0.04, 0.04), grey)
+    faces += box((end * 0.7, end * 1.15), (6.64, 6.78), (-0.12, 0.12), lin(90, 92, 92))
+    faces += box((end * 0.75, end * 1.1), (6.58, 6.64), (-0.09, 0.09), lin(250, 236, 200), own=6.0 if lit else 0.0)
     return Body(Mesh(faces), origin, right, forward)
 
 
 def delineator(origin: Array, right: Array, forward: Array) -> Body:
     """A kerb post: white with a slanted black band and a reflector."""
-    faces = box(-0.06, 0.06, 0, 0.62, -0.05, 0.05, lin(226, 226, 222))
-    faces += box(-0.062, 0.062, 0.62, 0.86, -0.052, 0.052, lin(28, 28, 30))
-    faces += box(-0.06, 0.06, 0.86, 1.0, -0.05, 0.05, lin(226, 226, 222))
-    faces += box(-0.025, 0.025, 0.65, 0.82, -0.058, -0.05, lin(190, 196, 200), 0.5)
+    faces = box((-0.06, 0.06), (0, 0.62), (-0.05, 0.05), lin(226, 226, 222))
+    faces += box((-0.062, 0.062), (0.62, 0.86), (-0.052, 0.052), lin(28, 28, 30))
+    faces += box((-0.06, 0.06), (0.86, 1.0), (-0.05, 0.05), lin(226, 226, 222))
+    faces += box((-0.025, 0.025), (0.65, 0.82), (-0.058, -0.05), lin(190, 196, 200), 0.5)
     return Body(Mesh(faces), origin, right, forward)
 
 
@@ -209,9 +208,9 @@ def rail(origin: Array, right: Array, forward: Array, length: float) -> Body:
     """A piece of guard rail along `forward`, on posts."""
     steel = lin(150, 154, 158)
     faces: list[Face] = []
-    for x0, x1, y0, y1 in ((-0.06, -0.02, 0.66, 0.78), (-0.02, 0.02, 0.58, 0.66), (-0.06, -0.02, 0.46, 0.58)):
-        faces += box(x0, x1, y0, y1, 0, length, steel, 0.25)
-    faces += box(0.0, 0.1, 0, 0.62, 0.0, 0.08, lin(116, 118, 120))
+    for x, y in (((-0.06, -0.02), (0.66, 0.78)), ((-0.02, 0.02), (0.58, 0.66)), ((-0.06, -0.02), (0.46, 0.58))):
+        faces += box(x, y, (0, length), steel, 0.25)
+    faces += box((0.0, 0.1), (0, 0.62), (0.0, 0.08), lin(116, 118, 120))
     return Body(Mesh(faces), origin, right, forward, sorting=np.array([0.0, 0.5, length / 2]))
 
 
@@ -223,14 +222,14 @@ def pole(origin: Array, right: Array, forward: Array, height: float, radius: flo
 def wooden_pole(origin: Array, right: Array, forward: Array) -> Body:
     """A wooden line pole with a cross arm."""
     faces = prism(0, 0, 0.13, 0, 7.5, lin(104, 84, 64))
-    faces += box(-0.8, 0.8, 6.9, 7.05, -0.06, 0.06, lin(96, 78, 60))
+    faces += box((-0.8, 0.8), (6.9, 7.05), (-0.06, 0.06), lin(96, 78, 60))
     return Body(Mesh(faces), origin, right, forward)
 
 
 def bin_body(origin: Array, right: Array, forward: Array, colour: tuple[int, int, int]) -> Body:
     """A wheeled bin."""
-    faces = box(-0.28, 0.28, 0.05, 1.0, -0.3, 0.3, lin(*colour), 0.08)
-    faces += box(-0.31, 0.31, 1.0, 1.07, -0.33, 0.33, lin(*colour), 0.08)
+    faces = box((-0.28, 0.28), (0.05, 1.0), (-0.3, 0.3), lin(*colour), 0.08)
+    faces += box((-0.31, 0.31), (1.0, 1.07), (-0.33, 0.33), lin(*colour), 0.08)
     return Body(Mesh(faces), origin, right, forward)
 
 
@@ -277,8 +276,8 @@ def bridge(
         streak[[1, 2], 1] = clear + 0.35
         deck.append(_face_towards((0, 0, -1), streak, shade() * np.float32(0.66)))
     for x in np.arange(-42.0, 42.0, 2.0):
-        deck += box(x, x + 0.05, clear + tall, clear + tall + 1.0, 0.1, 0.15, lin(120, 130, 134))
-    deck += box(-42, 42, clear + tall + 0.95, clear + tall + 1.02, 0.08, 0.16, lin(120, 130, 134))
+        deck += box((x, x + 0.05), (clear + tall, clear + tall + 1.0), (0.1, 0.15), lin(120, 130, 134))
+    deck += box((-42, 42), (clear + tall + 0.95, clear + tall + 1.02), (0.08, 0.16), lin(120, 130, 134))
     things.append(Body(Mesh(deck), origin, right, forward, large=True, sorting=np.array([0.0, 3.0, depth * 0.6])))
     grass = mipmaps(opaque(np.clip(_textured(rng, 256, 1024, (92, 108, 50), 0.16), 0, 255).astype(np.uint8)))
     for side in (-1, 1):

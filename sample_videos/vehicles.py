@@ -55,7 +55,7 @@ def car(rng: np.random.Generator, *, lit: bool, paint: tuple[int, int, int] | No
             top = (roof * 1.02, high - 0.06, r0 + (r1 - r0) * t0, r0 + (r1 - r0) * t1)
             faces.append(flank(side, low, top, middle, GLASS, 0.7))
         at = side * (half + 0.02)
-        faces += box(at - 0.08, at + 0.08, belt, belt + 0.13, b - 1.55, b - 1.45, colour)
+        faces += box((at - 0.08, at + 0.08), (belt, belt + 0.13), (b - 1.55, b - 1.45), colour)
     back, nose = a - 0.012, b + 0.012
     faces += [
         trapezium((half * 0.8, 0.33, back), (half * 0.8, 0.46, back), np.zeros(3), TRIM),
@@ -107,15 +107,15 @@ def lorry(rng: np.random.Generator, *, lit: bool) -> list[Face]:
     """A lorry with a box body."""
     cargo = lin(*((40, 84, 148), (206, 206, 200), (166, 36, 34), (58, 110, 74))[int(rng.integers(4))])
     cab = lin(*((220, 220, 218), (160, 24, 28), (30, 60, 120))[int(rng.integers(3))])
-    faces = box(-1.25, 1.25, 0.95, 3.6, -4.4, 2.2, cargo, 0.06)
-    faces += box(-1.15, 1.15, 0.55, 0.95, -4.3, 2.2, TRIM)
-    faces += box(-1.2, 1.2, 0.5, 2.95, 2.35, 4.4, cab, 0.3)
+    faces = box((-1.25, 1.25), (0.95, 3.6), (-4.4, 2.2), cargo, 0.06)
+    faces += box((-1.15, 1.15), (0.55, 0.95), (-4.3, 2.2), TRIM)
+    faces += box((-1.2, 1.2), (0.5, 2.95), (2.35, 4.4), cab, 0.3)
     middle = np.array([0.0, 1.8, 3.3])
     faces.append(trapezium((1.08, 1.75, 4.42), (1.08, 2.7, 4.42), middle, GLASS, 0.8))
     faces += [flank(side, (1.21, 1.7, 3.2, 4.2), (1.21, 2.5, 3.2, 4.1), middle, GLASS, 0.7) for side in (-1, 1)]
     faces.append(trapezium((1.15, 0.6, 4.42), (1.15, 0.95, 4.42), middle, TRIM))
     faces.append(trapezium((0.9, 1.05, 4.42), (0.9, 1.5, 4.42), middle, TRIM))
-    faces += box(-1.15, 1.15, 0.45, 0.6, -4.45, -4.35, lin(170, 24, 24))
+    faces += box((-1.15, 1.15), (0.45, 0.6), (-4.45, -4.35), lin(170, 24, 24))
     faces.append(trapezium((0.02, 1.0, -4.42), (0.02, 3.5, -4.42), np.array([0.0, 2.0, 0.0]), TRIM))
     faces += lamps(1.1, 0.68, -4.46, False, lit, (0.3, 0.14))
     faces += lamps(1.1, 0.70, 4.43, True, lit, (0.32, 0.18))
