@@ -108,7 +108,7 @@ def figures(
         found += detect_scenes(calibrated, own, progress, params)
         for name, row in by_version(AcfDetector(calibrated, params=params), own, seed, progress).items():
             versions[name].update(row)
-    score = score_detections([(boxes, raw, truth) for boxes, raw, truth, _ in found])
+    score = score_detections(found)
     lost = round(score.signs * (1 - score.recall_at(ANY_SCORE)))
     return {**detection_figures(found), "lost": lost, "versions": versions}
 

@@ -22,7 +22,7 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
-from tsr_engine.training.public.calibration import fit_calibration
+from tsr_engine.training.public.candidates import fit_calibration
 from tsr_engine.training.public.mining import PictureChanges, searched_picture
 from tsr_engine.training.public.patches import PATCH
 

@@ -25,7 +25,7 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.public.calibration import fit_calibration
+from tsr_engine.training.public.candidates import fit_calibration
 from tsr_engine.training.public.mining import MIN_WIDTH, PictureChanges, away_from_signs, searched_picture
 
 __all__ = ["HogPlan", "train_hog_cascade", "windows_on_signs"]

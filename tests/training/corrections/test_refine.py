@@ -114,7 +114,7 @@ def test_a_detector_learns_a_new_look_without_more_false_alarms(
     assert after.mean() > before.mean() + 0.5
     level = [np.quantile(remembered[1].raw(m), 0.97) for m in (model, refined)]
     assert level[1] < level[0] + 0.5
-    assert (notes.signs, notes.windows, notes.rejected) == (7, 7 * 6, 0)
+    assert (notes["signs"], notes["windows"], notes["rejected"]) == (7, 7 * 6, 0)
     assert len(refined.refine_stage.verifier) == len(model.refine_stage.verifier) + 24
     assert refined.cascade.features is model.cascade.features
 
@@ -160,7 +160,7 @@ def test_rejected_boxes_are_background(
 ) -> None:
     wrong = replace(scenes[3], signs=(), rejected=scenes[3].scene.boxes, scene=replace(scenes[3].scene, boxes=np.zeros((0, 4)), class_ids=np.zeros(0, np.int64)))  # fmt: skip  # noqa: E501
     _, notes = refine_detector(model, [scenes[0], wrong], remembered, DetectorRefinement(), 0, check_progress)
-    assert notes.rejected == 1
+    assert notes["rejected"] == 1
 
 
 def test_nothing_to_learn_from_is_refused(model: AcfModel, scenes: list[CorrectedScene]) -> None:

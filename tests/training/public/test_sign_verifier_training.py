@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tsr_engine.recognition.crops import cut
-from tsr_engine.training.public.calibration import fit_calibration
+from tsr_engine.training.public.candidates import fit_calibration
 from tsr_engine.training.public.classifier_network import NetworkSettings, _hinge
 from tsr_engine.training.public.sign_verifier import SignVerifierPlan, train_sign_verifier
 from tsr_engine.training.synthetic.classifier_augmentation import BACKGROUND, MAX_CROP_PX, LoadedCrop, surrounded_crop

@@ -113,11 +113,8 @@ def _as_classes(track: Track, classes: RunClasses, missing_labels: Counter[str])
             return replace(track, label=NO_CLASS, labels=None)
         if classes.to_class(label.id) is None:
             missing_labels[label.name] += 1
-    return relabel_track(track, {each: _number(each, classes) for each in {track.label, *_frame_labels(track)}})
-
-
-def _frame_labels(track: Track) -> set[int]:
-    return set() if track.labels is None else set(track.labels.tolist())
+    own_labels = {track.label, *(() if track.labels is None else track.labels.tolist())}
+    return relabel_track(track, {each: _number(each, classes) for each in own_labels})
 
 
 def _number(label_id: int, classes: RunClasses) -> int:

@@ -102,13 +102,13 @@ def _draw_held_out(
         if scene.signs:
             of_video.setdefault(scene.video, set()).update(scene.signs)
     videos = sorted(of_video)
-    if len(videos) > 1:
-        drawn = rng.permutation(videos)[: max(1, round(share * len(videos)))]
-        return "video", frozenset().union(*(of_video[str(name)] for name in drawn))
-    if len(names) > 1:
-        drawn = rng.permutation(list(names))[: max(1, round(share * len(names)))]
-        return "sign", frozenset(str(name) for name in drawn)
-    return "none", frozenset()
+    groups = videos if len(videos) > 1 else names
+    if len(groups) < 2:
+        return "none", frozenset()
+    drawn = [str(name) for name in rng.permutation(list(groups))[: max(1, round(share * len(groups)))]]
+    if groups is videos:
+        return "video", frozenset().union(*(of_video[name] for name in drawn))
+    return "sign", frozenset(drawn)
 
 
 def evaluate_detection(

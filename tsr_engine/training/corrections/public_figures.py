@@ -15,7 +15,7 @@ from tsr_engine.io.models import Component
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.pipeline import make_reader
 from tsr_engine.recognition.classifier import SignClassifier
-from tsr_engine.training.progress import Progress
+from tsr_engine.training.progress import Progress, named
 from tsr_engine.training.public.detector_components import detect_scenes, detection_figures, split_scenes
 from tsr_engine.training.public.memory import COMPONENT, Samples
 
@@ -78,19 +78,13 @@ def public_figures(
 
 def _scenes(parts: Mapping[str, Component], scenes: Sequence[Scene], progress: Progress) -> JsonObject:
     model = AcfModel.from_arrays(parts["detector"].arrays, parts["detector"].params)
-    return detection_figures(
-        detect_scenes(model, scenes, lambda stage, done, of: progress(f"GTSDB: {stage}", done, of))
-    )
+    return detection_figures(detect_scenes(model, scenes, named("GTSDB", progress)))
 
 
 def _crops(parts: Mapping[str, Component], items: Sequence[CropItem], progress: Progress) -> JsonObject:
-    classifier = make_reader(parts)
-    true: list[int] = []
-    read: list[int] = []
-    for answer in predict_items(items, classifier):
-        if len(true) % 64 == 0:
-            progress("GTSRB: reading", len(true), len(items))
-        true.append(answer.item.class_id or 0)
-        read.append(answer.class_id)
-    correct = sum(a == b for a, b in zip(true, read, strict=True))
-    return {"crops_right": round(correct / len(true), 4), "crops": len(true)}
+    correct = 0
+    for number, answer in enumerate(predict_items(items, make_reader(parts))):
+        if number % 64 == 0:
+            progress("GTSRB: reading", number, len(items))
+        correct += answer.class_id == answer.item.class_id
+    return {"crops_right": round(correct / len(items), 4), "crops": len(items)}

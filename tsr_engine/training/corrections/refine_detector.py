@@ -11,7 +11,7 @@ loses corrected signs.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -31,7 +31,7 @@ from tsr_engine.training.corrections.refine_windows import Cutting, TrainingWind
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.public.memory import Samples, concatenate_samples
 
-__all__ = ["DetectorRefinement", "RefinementNotes", "refine_detector"]
+__all__ = ["DetectorRefinement", "refine_detector"]
 
 
 _BACKGROUND_QUANTILES: Final = (0.5, 0.97)
@@ -77,23 +77,6 @@ class DetectorRefinement:
     least_signs: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class RefinementNotes:
-    """Facts about a refinement's data, for the lineage."""
-
-    signs: int
-    windows: int
-    background: int
-    rejected: int
-    remembered: int
-    floor: float
-    calibration: LogOdds
-
-    def as_dict(self) -> JsonObject:
-        """Plain values."""
-        return asdict(self) | {"calibration": self.calibration.to_list()}
-
-
 def refine_detector(
     model: AcfModel,
     scenes: Sequence[CorrectedScene],
@@ -101,7 +84,7 @@ def refine_detector(
     settings: DetectorRefinement,
     seed: int,
     progress: Progress,
-) -> tuple[AcfModel, RefinementNotes]:
+) -> tuple[AcfModel, JsonObject]:
     """Refine a detector.
 
     Args:
@@ -111,6 +94,10 @@ def refine_detector(
         settings: the settings.
         seed: seed of all draws.
         progress: called with stage, number done and total; may raise to stop.
+
+    Returns:
+        The new detector, and facts about its data for the lineage: numbers of signs, windows, background candidates,
+        rejected boxes and remembered samples, the cascade's last floor, and the calibration.
 
     Raises:
         ValueError: fewer corrected signs than ``settings.least_signs``, or a calibration that ignores the verifier.
@@ -133,15 +120,15 @@ def refine_detector(
     refined = replace(
         model, cascade=cascade, refine_stage=stage, box_refinement=box_refinement, calibration=calibration
     )
-    notes = RefinementNotes(
-        len(names),
-        len(windows.signs),
-        len(windows.others),
-        windows.rejected,
-        0 if remembered is None else sum(map(len, remembered)),
-        floor,
-        calibration,
-    )
+    notes = {
+        "signs": len(names),
+        "windows": len(windows.signs),
+        "background": len(windows.others),
+        "rejected": windows.rejected,
+        "remembered": 0 if remembered is None else sum(map(len, remembered)),
+        "floor": floor,
+        "calibration": calibration.to_list(),
+    }
     return refined, notes
 
 

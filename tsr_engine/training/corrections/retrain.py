@@ -8,7 +8,6 @@ that is kept.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -158,10 +157,10 @@ def retrain(
         if further:
             lineage |= {"labels": new["classifier"].params["labels"], "added_labels": list(further)}
         progress("writing", 0, 1)
-        models = {
-            name: save_component(replace(component, figures=_component_figures(name, component, figures)), out)
-            for name, component in new.items()
-        }
+        models = {}
+        for name, component in new.items():
+            own = component.figures or ({} if name == MEMORY else figures)  # an unchanged part keeps its own
+            models[name] = save_component(replace(component, figures=own), out)
         return Report(figures, lineage, models)
 
 
@@ -207,9 +206,9 @@ def _refine_parts(
         refined, notes = refine_detector(model, scenes, remembered, recipe.detector, recipe.seed, progress)
         arrays, params = refined.to_arrays()
         kept = {k: v for k, v in old["detector"].arrays.items() if k.startswith("heldout_")}
-        data = {**old["detector"].data, "refined": notes.as_dict()}
+        data = {**old["detector"].data, "refined": notes}
         new["detector"] = Component("detector", {**arrays, **kept}, params, data, {}, recipe.seed)
-        counts["detector"] = notes.as_dict()
+        counts["detector"] = notes
     if {"prior", "lambda"} & set(recipe.parts) and "prior" in old:
         new["prior"] = _refine_prior(old, model, scenes, recipe, progress)
         counts["prior"] = {"lambda": new["prior"].params["lambda"], "lambda_before": old["prior"].params["lambda"]}
@@ -286,13 +285,6 @@ def _measure(parts: Parts, held: Sequence[CorrectedScene], progress: Progress) -
     found = evaluate_detection(model, prior, held, progress)
     read = evaluate_reading(make_reader(parts), sign_crops(held, progress))
     return found | read
-
-
-def _component_figures(name: str, component: Component, figures: JsonMapping) -> JsonMapping:
-    """Figures for the component's own entry; an unchanged part keeps its own."""
-    if component.figures or name == MEMORY:
-        return component.figures
-    return json.loads(json.dumps(figures))  # type: ignore[no-any-return]
 
 
 def _lineage(

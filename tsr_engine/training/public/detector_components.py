@@ -33,8 +33,8 @@ from tsr_engine.training.public.detector import DetectorPlan, fit_detector
 
 AS_ANNOTATED = DetectorParams(second_core=False, keep_score=-8.0, inset_width=1.0, inset_height=1.0, inset_rise=0.0)
 """Held-out scenes are scored by their annotated boxes with margin."""
-
-
+Found = tuple[FloatArray, FloatArray, FloatArray]
+"""Detections of one scene: boxes (n, 4), raw scores (n,), and ground truth (m, 4)."""
 CALIBRATION_SHARE = 1 / 6
 REPORT_SHARE = 1 / 4
 BANDWIDTH = 0.05
@@ -102,23 +102,22 @@ def calibrate_model(model: AcfModel, scenes: Sequence[Scene], seed: int, progres
 
 def detect_scenes(
     model: AcfModel, scenes: Sequence[Scene], progress: Progress, params: DetectorParams = AS_ANNOTATED
-) -> list[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]]:
-    """Detect per scene: boxes (n, 4), raw scores (n,), ground truth (m, 4), and the picture's (width, height)."""
+) -> list[Found]:
+    """Detect the signs of each scene."""
     detector = AcfDetector(model, params=params)
     found = []
     for number, scene in enumerate(scenes):
         progress("detecting", number, len(scenes))
-        picture = read_picture(scene.path)
-        seen = detector.detect(picture)
-        found.append((seen.boxes, seen.raw_scores, scene.boxes, (picture.shape[1], picture.shape[0])))
+        seen = detector.detect(read_picture(scene.path))
+        found.append((seen.boxes, seen.raw_scores, scene.boxes))
     return found
 
 
 def detection_figures(
-    found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]],
+    found: Sequence[Found],
 ) -> JsonObject:
     """AP at IoU 0.5, recall at three rates of false detections, mean Eq. 7 of the true detections."""
-    score = score_detections([(boxes, raw, truth) for boxes, raw, truth, _ in found])
+    score = score_detections(found)
     return {**score_figures(score), "mean_eq7": round(mean_error(found), 4)}
 
 
@@ -134,10 +133,10 @@ def score_figures(score: DetectionScore) -> JsonObject:
     }
 
 
-def mean_error(found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]]) -> float:
+def mean_error(found: Sequence[Found]) -> float:
     """Mean Eq. 7 over the detected signs, in [0, 1]; 1 if there is none."""
     errors = []
-    for boxes, raw, truth, _ in found:
+    for boxes, raw, truth in found:
         _, which = match(boxes, raw, truth)
         errors += [non_overlap(boxes[d], truth[s])[0, 0] for s, d in enumerate(which) if d >= 0]
     return float(np.mean(errors)) if errors else 1.0
@@ -188,11 +187,11 @@ def _centres(scenes: Sequence[Scene], size: tuple[int, ...]) -> FloatArray:
 
 
 def _labelled(
-    found: Sequence[tuple[FloatArray, FloatArray, FloatArray, tuple[int, int]]],
+    found: Sequence[Found],
 ) -> tuple[NDArray[np.generic], ...]:
     """Held-out detections as rows: (scene number, box) float32, raw score float32, label int8."""
     boxes, scores, labels = [], [], []
-    for number, (box, raw, truth, _) in enumerate(found):
+    for number, (box, raw, truth) in enumerate(found):
         hit, _ = match(box, raw, truth)
         boxes.append(np.concatenate([np.full((len(box), 1), number), box], axis=1))
         scores.append(raw)

@@ -36,7 +36,6 @@ __all__ = [
     "COMPONENT",
     "Samples",
     "build_memory",
-    "cascade_scores",
     "concatenate_samples",
     "crop_memory",
     "refined_at",
@@ -114,12 +113,6 @@ def concatenate_samples(parts: Sequence[Samples]) -> Samples:
     return Samples(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Samples)))
 
 
-def cascade_scores(model: AcfModel, picture: Picture, boxes: FloatArray) -> FloatArray:
-    """Scores of the cascade for windows exactly on boxes (n, 4), shape (n,)."""
-    cut = [window_features(cut_patch(picture, box, model.window.sign, PATCH), model.window) for box in boxes]
-    return model.cascade.scores(np.stack(cut)) / UNIT if cut else np.zeros(0)
-
-
 def samples_at(model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None) -> Samples:
     """Samples of candidate boxes (n, 4), moved by the first step as in detection."""
     return refined_at(model, picture, boxes, cascade)[0]
@@ -129,12 +122,14 @@ def refined_at(
     model: AcfModel, picture: Picture, boxes: FloatArray, cascade: FloatArray | None = None
 ) -> tuple[Samples, FloatArray]:
     """As ``samples_at``, with the boxes from the refine-and-verify stage, shape (n, 4), px."""
-    scores = cascade_scores(model, picture, boxes) if cascade is None else cascade
+    if cascade is None:  # the cascade's scores of windows exactly on the boxes
+        cut = [window_features(cut_patch(picture, box, model.window.sign, PATCH), model.window) for box in boxes]
+        cascade = model.cascade.scores(np.stack(cut)) / UNIT
     moved = model.refine_stage.step(0, boxes, features_of(picture, boxes))
     features = features_of(picture, moved)
     refined = model.refine_stage.step(1, moved, features)
     edges = model.box_refinement.features_of(picture, refined)
-    return Samples(features, scores, model.sign_verifier.scores(picture, refined), edges), refined
+    return Samples(features, cascade, model.sign_verifier.scores(picture, refined), edges), refined
 
 
 def build_memory(

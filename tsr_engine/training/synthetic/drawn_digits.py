@@ -48,15 +48,9 @@ class _Face:
 
     @classmethod
     def draw(cls, rng: np.random.Generator) -> _Face:
-        return cls(
-            float(rng.uniform(0.38, 0.62)),
-            float(rng.uniform(2.0, 5.0)),
-            float(rng.uniform(0.44, 0.5)),
-            float(rng.uniform(0.8, 1.0)),
-            float(rng.uniform(12.0, 50.0)),
-            bool(rng.random() < 0.2),
-            float(rng.uniform(0.12, 0.28)),
-        )
+        low, high = (0.38, 2.0, 0.44, 0.8, 12.0), (0.62, 5.0, 0.5, 1.0, 50.0)
+        width, power, waist, upper, hook = rng.uniform(low, high).tolist()
+        return cls(width, power, waist, upper, hook, bool(rng.random() < 0.2), float(rng.uniform(0.12, 0.28)))
 
     def arc(self, top: float, bottom: float, start: float, end: float, share: float = 1.0) -> _Line:
         """Points of a bowl between two heights; degrees clockwise from the right, 90 is the bottom."""
