@@ -20,8 +20,8 @@ from tsr_engine.training.synthetic.classifier_augmentation import load_crop, pla
 __all__ = ["trained_on"]
 
 _MADE_BY = (
-    "recognition/network.py", "training/network.py", "training/network_classifier.py", "training/network_crops.py",
-    "training/network_augmentation.py",
+    "recognition/network.py", "training/public/network.py", "training/public/network_classifier.py",
+    "training/public/network_crops.py", "training/synthetic/network_augmentation.py",
 )  # fmt: skip
 """Code that a network depends on; a change makes stored networks invalid."""
 

@@ -8,6 +8,7 @@ the margin is added before windows are cut.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -98,10 +99,7 @@ def cut_windows(
     """Cut windows of signs and of everything else in the form that the refine-and-verify stage uses."""
     number_of = {name: k for k, name in enumerate(names)}
     videos = {name: k for k, name in enumerate(sorted({scene.video for scene in scenes}))}
-    frames = np.zeros(len(names))
-    for scene in scenes:
-        for name in scene.signs:
-            frames[number_of[name]] += 1
+    frames = Counter(name for scene in scenes for name in scene.signs)
     detector = AcfDetector(model, params=DetectorParams(second_core=False))
     signs, steps, sign_of, weights, floors = [], [], [], [], []
     others = [Samples.empty(model)]
@@ -123,7 +121,7 @@ def cut_windows(
             signs.append(found)
             steps.append(step)
             sign_of += [number_of[name]] * len(found)
-            weights += [1.0 / (frames[number_of[name]] * len(found))] * len(found)
+            weights += [1.0 / (frames[name] * len(found))] * len(found)
             if not (iou(boxes, box[None]) >= 0.4).any():
                 floors.append(float(found.cascade.max()))
         taken = np.concatenate([scene.scene.occupied, scene.rejected])

@@ -99,7 +99,7 @@ def train_box_refinement(
         [*scene_signs, *crops], chance, plan.batch, plan.showings, rng, lambda made: plan.strength, view
     )
     network = Network(plan.network, int(rng.integers(2**31)))
-    arrays = descend(network, views, plan.steps, progress, "outline")
+    arrays = descend(network, views, plan.steps, progress, "box refinement")
     box_refinement = BoxRefinement.from_arrays({f"outline_{name}": array for name, array in arrays.items()})
     return _centred(box_refinement, scene_signs, plan, rng)
 

@@ -117,7 +117,7 @@ def train_sign_verifier(
     chance /= chance.sum()
     views = shown_views(parts, chance, plan.batch, plan.showings, rng, lambda made: plan.strength, view)
     network = Network(plan.network, int(rng.integers(2**31)))
-    arrays = descend(network, views, plan.steps, progress, "sign verifier score")
+    arrays = descend(network, views, plan.steps, progress, "sign verifier")
     return SignVerifier.from_arrays({f"likeness_{name}": array for name, array in arrays.items()})
 
 
