@@ -27,7 +27,13 @@ from tsr_engine.training.progress import Progress
 from tsr_engine.training.public.box_refinement import BoxRefinementPlan, train_box_refinement
 from tsr_engine.training.public.classifier import load_all
 from tsr_engine.training.public.crop_windows import crop_windows
-from tsr_engine.training.public.mining import PictureChanges, aligned_windows, background_windows, hard_windows
+from tsr_engine.training.public.mining import (
+    CascadeScan,
+    PictureChanges,
+    aligned_windows,
+    background_windows,
+    hard_windows,
+)
 from tsr_engine.training.public.parallel import map_on_cores
 from tsr_engine.training.public.patches import sign_windows
 from tsr_engine.training.public.power_law import measure_lambdas
@@ -134,11 +140,12 @@ def fit_detector(
     finer = replace(pyramid, computed_per_octave=plan.computed_in_training)
     positives, weights = sign_positives(scenes, crops, window, finer, plan, rng, progress)
     cascade, negatives = fit_cascade(positives, weights, scenes, window, finer, plan, rng, progress)
+    scan = CascadeScan(cascade, window, pyramid)
     # Later stages use a separate generator, so that other stages can be trained for the same cascade.
     rng = np.random.default_rng([seed, 29])
-    refine_stage = train_refine_stage(scenes, cascade, window, pyramid, plan.refinement, rng, progress)
+    refine_stage = train_refine_stage(scenes, scan, plan.refinement, rng, progress)
     rng = np.random.default_rng([seed, 31])
-    background = background_crops(scenes, cascade, window, pyramid, refine_stage, plan.sign_verifier, rng, progress)
+    background = background_crops(scenes, scan, refine_stage, plan.sign_verifier, rng, progress)
     read = load_all([item for item in crops if item.class_id is not None], progress, "crops")
     signs_of_scenes = surrounded_signs(scenes)
     sign_verifier = train_sign_verifier(read, signs_of_scenes, background, plan.sign_verifier, rng, progress)
@@ -193,7 +200,7 @@ def fit_cascade(
             break
         count = max(1, round(len(scenes) * plan.mining_share[number]))
         searched = [scenes[i] for i in rng.permutation(len(scenes))[:count]]
-        hard = hard_windows(searched, cascade, window, pyramid, plan.per_scene, rng, changed, progress)
+        hard = hard_windows(searched, CascadeScan(cascade, window, pyramid), plan.per_scene, rng, changed, progress)
         negatives = _thinned(negatives, hard, plan.most_negatives, rng)
     assert cascade is not None
     return cascade, len(negatives)

@@ -66,6 +66,15 @@ def searched_picture(scene: Scene, rng: np.random.Generator, changed: PictureCha
     return other_camera(picture, rng) if drawn < changed.relit + changed.other_camera else picture
 
 
+@dataclass(frozen=True, slots=True)
+class CascadeScan:
+    """A cascade with the window and the pyramid that it scans."""
+
+    cascade: TreeEnsemble
+    window: Window
+    pyramid: PyramidPlan
+
+
 def levels(picture: Picture, window: Window, plan: PyramidPlan) -> Iterator[Level]:
     """Levels of a picture for signs from ``MIN_WIDTH`` px."""
     scales = level_scales(window.sign / MIN_WIDTH, window.side / min(picture.shape[:2]), plan.per_octave)
@@ -134,7 +143,7 @@ def aligned_windows(scene: Scene, window: Window, plan: PyramidPlan) -> NDArray[
 
 
 def scan_scene(
-    picture: Picture, ensemble: TreeEnsemble, window: Window, plan: PyramidPlan
+    picture: Picture, scan: CascadeScan
 ) -> tuple[FloatArray, FloatArray, NDArray[np.int64], dict[int, Level]]:
     """All windows of a picture that pass a cascade.
 
@@ -142,16 +151,16 @@ def scan_scene(
         Boxes (n, 4), scores (n,), and per window its level, row and column (n, 3); the levels by index.
     """
     boxes, scores, places, kept = [np.zeros((0, 4))], [np.zeros(0)], [np.zeros((0, 3), np.int64)], {}
-    for level in levels(picture, window, plan):
-        nodes = prepare(ensemble, level.cells.shape[1], level.cells.shape[2], level.gains)
-        y, x, score = scan_level(level.cells, ensemble, min(DENSE_TREES, len(ensemble)), nodes)
+    for level in levels(picture, scan.window, scan.pyramid):
+        nodes = prepare(scan.cascade, level.cells.shape[1], level.cells.shape[2], level.gains)
+        y, x, score = scan_level(level.cells, scan.cascade, min(DENSE_TREES, len(scan.cascade)), nodes)
         if not len(y):
             continue
         if len(y) > MAX_PASSED:
             best = np.sort(np.argpartition(-score, MAX_PASSED)[:MAX_PASSED])
             y, x, score = y[best], x[best], score[best]
         kept[level.index] = level
-        boxes.append(window.to_boxes(y, x, level))
+        boxes.append(scan.window.to_boxes(y, x, level))
         scores.append(score / UNIT)
         places.append(np.stack([np.full(len(y), level.index), y, x], axis=1))
     return np.concatenate(boxes), np.concatenate(scores), np.concatenate(places), kept
@@ -159,9 +168,7 @@ def scan_scene(
 
 def hard_windows(
     scenes: Sequence[Scene],
-    ensemble: TreeEnsemble,
-    window: Window,
-    plan: PyramidPlan,
+    scan: CascadeScan,
     per_scene: int,
     rng: np.random.Generator,
     changed: PictureChanges,
@@ -173,7 +180,7 @@ def hard_windows(
     """
 
     def hardest(scene: Scene, own: np.random.Generator) -> list[NDArray[np.uint8]]:
-        boxes, scores, places, kept = scan_scene(searched_picture(scene, own, changed), ensemble, window, plan)
+        boxes, scores, places, kept = scan_scene(searched_picture(scene, own, changed), scan)
         clear = away_from_signs(boxes, scene.occupied)
         boxes, scores, places = boxes[clear], scores[clear], places[clear]
         chosen = places[suppress(boxes, scores, 0.6, per_scene)]
@@ -181,19 +188,17 @@ def hard_windows(
         for index in np.unique(chosen[:, 0]):
             level = kept[int(index)]
             picked = chosen[chosen[:, 0] == index]
-            taken.append(window.gather(picked[:, 1], picked[:, 2], level))
+            taken.append(scan.window.gather(picked[:, 1], picked[:, 2], level))
         return taken
 
     found = map_on_cores(hardest, scenes, rng, progress, "hard background")
-    none = np.zeros((0, CHANNELS * window.cells**2), np.uint8)
+    none = np.zeros((0, CHANNELS * scan.window.cells**2), np.uint8)
     return np.concatenate([none, *(windows for taken in found for windows in taken)])
 
 
 def background_candidates(
     scenes: Sequence[Scene],
-    ensemble: TreeEnsemble,
-    window: Window,
-    plan: PyramidPlan,
+    scan: CascadeScan,
     most: int,
     again: float,
     changed: PictureChanges,
@@ -204,9 +209,7 @@ def background_candidates(
 
     Args:
         scenes: where to search.
-        ensemble: the cascade.
-        window: its window.
-        plan: its pyramid.
+        scan: the cascade.
         most: largest number of candidates per scene; the best are taken.
         again: share of scenes that are searched a second time.
         changed: changes in the second search.
@@ -221,7 +224,7 @@ def background_candidates(
 
     def searched(view: tuple[Scene, PictureChanges], own: np.random.Generator) -> tuple[Scene, Picture, FloatArray]:
         scene, picture = view[0], searched_picture(view[0], own, view[1])
-        boxes, scores, _, _ = scan_scene(picture, ensemble, window, plan)
+        boxes, scores, _, _ = scan_scene(picture, scan)
         clear = away_from_signs(boxes, scene.occupied)
         boxes, _ = merge_windows(boxes[clear], scores[clear], 0.6, most)
         return scene, picture, boxes

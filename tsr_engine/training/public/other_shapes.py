@@ -26,6 +26,7 @@ from tsr_engine.training.progress import Progress, named
 from tsr_engine.training.public.candidates import Candidates, candidates_of, log_odds_of, score_candidates
 from tsr_engine.training.public.classifier_network import NetworkSettings
 from tsr_engine.training.public.detector import DetectorPlan, fit_cascade, sign_positives
+from tsr_engine.training.public.mining import CascadeScan
 from tsr_engine.training.public.refine_stage import RefinementPlan, train_refine_stage
 from tsr_engine.training.public.sign_verifier import (
     SignVerifierPlan,
@@ -98,10 +99,11 @@ def fit_other_shapes(
         every = [*scenes, *(replace(scene, class_ids=_FIRST + _groups_of(scene)) for scene in drawn)]
         positives, weights = sign_positives(every, [], base.window, finer, own, rng, progress)
         cascade, _ = fit_cascade(positives, weights, every, base.window, finer, own, rng, progress)
+        scan = CascadeScan(cascade, base.window, base.plan)
         rng = np.random.default_rng([seed, 43])
-        stage = train_refine_stage(every, cascade, base.window, base.plan, own.refinement, rng, progress)
+        stage = train_refine_stage(every, scan, own.refinement, rng, progress)
         rng = np.random.default_rng([seed, 47])
-        background = background_crops(every, cascade, base.window, base.plan, stage, own.sign_verifier, rng, progress)
+        background = background_crops(every, scan, stage, own.sign_verifier, rng, progress)
         grouped = [replace(scene, class_ids=_groups_of(scene)) for scene in (*scenes, *drawn)]
         verifier = train_sign_verifier([], surrounded_signs(grouped), background, own.sign_verifier, rng, progress)
     return replace(base, cascade=cascade, refine_stage=stage, sign_verifier=verifier, calibration=UNFITTED)

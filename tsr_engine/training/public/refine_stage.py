@@ -10,18 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.linear_model import Ridge
 
-from tsr_engine.channels.pyramid import PyramidPlan
 from tsr_engine.detection.boosting import BoostingPlan, boost
 from tsr_engine.detection.refine.stage import CELLS, FEATURES, RefineStage, features_of, move, steps_to
-from tsr_engine.detection.trees import TreeEnsemble
-from tsr_engine.detection.window import Window
 from tsr_engine.geometry.boxes import area
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.progress import Progress
-from tsr_engine.training.public.mining import PictureChanges, away_from_signs, background_candidates
+from tsr_engine.training.public.mining import CascadeScan, PictureChanges, away_from_signs, background_candidates
 from tsr_engine.training.public.patches import jitter, surroundings
 from tsr_engine.training.synthetic.augment import augment_picture
 
@@ -78,9 +75,7 @@ class _View:
 
 def train_refine_stage(
     scenes: Sequence[Scene],
-    cascade: TreeEnsemble,
-    window: Window,
-    pyramid: PyramidPlan,
+    scan: CascadeScan,
     plan: RefinementPlan,
     rng: np.random.Generator,
     progress: Progress,
@@ -107,8 +102,8 @@ def train_refine_stage(
                 view.boxes = move(view.boxes, answers[start:stop].astype(np.float64))
                 start = stop
     positives = np.concatenate([features_of(v.picture, v.boxes) for v in views])
-    blank = RefineStage(np.stack(weights), np.stack(biases), cascade)
-    negatives = _background(scenes, cascade, window, pyramid, blank, plan, rng, progress)
+    blank = RefineStage(np.stack(weights), np.stack(biases), scan.cascade)
+    negatives = _background(scenes, scan, blank, plan, rng, progress)
     if len(negatives) < MIN_NEGATIVES:
         negatives = np.concatenate([negatives, _anywhere(scenes, blank, MIN_NEGATIVES, rng)])
     verifier = boost(
@@ -167,9 +162,7 @@ def square_about(box: FloatArray) -> FloatArray:
 
 def _background(
     scenes: Sequence[Scene],
-    cascade: TreeEnsemble,
-    window: Window,
-    pyramid: PyramidPlan,
+    scan: CascadeScan,
     stage: RefineStage,
     plan: RefinementPlan,
     rng: np.random.Generator,
@@ -178,7 +171,7 @@ def _background(
     out = [np.zeros((0, FEATURES), np.uint8)]
     changed = PictureChanges(1.0 - plan.other_cameras, plan.other_cameras)
     for scene, picture, boxes in background_candidates(
-        scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, progress
+        scenes, scan, plan.candidates, plan.relit, changed, rng, progress
     ):
         moved = stage.step(0, boxes, features_of(picture, boxes))
         moved = moved[away_from_signs(moved, scene.occupied, MOVED_OVERLAP)]

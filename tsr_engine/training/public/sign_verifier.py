@@ -12,11 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tsr_engine.channels.pyramid import PyramidPlan
 from tsr_engine.detection.refine.sign_verifier import SignVerifier
 from tsr_engine.detection.refine.stage import RefineStage
-from tsr_engine.detection.trees import TreeEnsemble
-from tsr_engine.detection.window import Window
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
@@ -24,7 +21,7 @@ from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.public.classifier import descend, shown_views
 from tsr_engine.training.public.classifier_network import Network, NetworkSettings
-from tsr_engine.training.public.mining import PictureChanges, away_from_signs, background_candidates
+from tsr_engine.training.public.mining import CascadeScan, PictureChanges, away_from_signs, background_candidates
 from tsr_engine.training.public.refine_stage import MOVED_OVERLAP
 from tsr_engine.training.synthetic.augment import other_camera, shade
 from tsr_engine.training.synthetic.classifier_augmentation import BACKGROUND, LoadedCrop, jittered_view, surrounded_crop
@@ -148,9 +145,7 @@ def surrounded_signs(scenes: Sequence[Scene]) -> list[LoadedCrop]:
 
 def background_crops(
     scenes: Sequence[Scene],
-    cascade: TreeEnsemble,
-    window: Window,
-    pyramid: PyramidPlan,
+    scan: CascadeScan,
     stage: RefineStage,
     plan: SignVerifierPlan,
     rng: np.random.Generator,
@@ -164,7 +159,7 @@ def background_crops(
     out: list[LoadedCrop] = []
     changed = PictureChanges(1.0 - plan.other_cameras, plan.other_cameras)
     for scene, picture, boxes in background_candidates(
-        scenes, cascade, window, pyramid, plan.candidates, plan.relit, changed, rng, progress
+        scenes, scan, plan.candidates, plan.relit, changed, rng, progress
     ):
         refined, _ = stage.refine_and_verify(picture, boxes)
         refined = refined[_within(refined, picture) & away_from_signs(refined, scene.occupied, MOVED_OVERLAP)]
