@@ -10,7 +10,8 @@ from functools import partial
 from pkgutil import resolve_name
 from typing import Final
 
-from app.jobs.kinds import JobKind, JobKinds, Task
+from app.jobs.kinds import JobKinds
+from app.jobs.tasks import Task, TaskKind
 from app.on_job_failed import on_job_failed
 from app.on_job_note import on_job_note
 from app.outputs.folders import clear_folder
@@ -44,41 +45,72 @@ _run_noted = partial(on_job_note, Run)
 
 KINDS: Final = JobKinds(
     (
-        JobKind(
-            "follow",
-            "short",
-            _task("app.follows.task:follow_track"),
-            partial(on_job_failed, Follow),
+        TaskKind(
+            name="follow",
+            lane="short",
+            load=_task("app.follows.task:follow_track"),
             prepare=(_prepare("app.follows.task:warm"),),
             expect=_expect("app.follows.prepared_video:prepare_video"),
+            on_failed=partial(on_job_failed, Follow),
             on_note=partial(on_job_note, Follow),
         ),
-        JobKind(
-            "recording",
-            "short",
-            _task("app.recordings.task:record_run"),
-            _output_failed,
-            clear_folder,
+        TaskKind(
+            name="recording",
+            lane="short",
+            load=_task("app.recordings.task:record_run"),
             prepare=(_prepare("tsr_engine.recording.write:load_sdk"),),
+            on_failed=_output_failed,
+            clear=clear_folder,
         ),
-        JobKind("whatif", "short", _task("app.whatif.task:run_whatif"), _run_failed, on_note=_run_noted),
-        JobKind(
-            "import",
-            "imports",
-            _task("app.runs.import_task:import_and_start"),
-            partial(on_job_failed, Video),
-            clear_import,
+        TaskKind(
+            name="whatif",
+            lane="short",
+            load=_task("app.whatif.task:run_whatif"),
+            on_failed=_run_failed,
+            on_note=_run_noted,
+        ),
+        TaskKind(
+            name="import",
+            lane="imports",
+            load=_task("app.runs.import_task:import_and_start"),
+            on_failed=partial(on_job_failed, Video),
+            clear=clear_import,
             by_frame=True,
         ),
-        JobKind("export", "short", _task("app.exchange.task:export"), _output_failed, clear_folder),
-        JobKind("bundle", "short", _task("app.bundles.task:make_run_bundle"), _output_failed, clear_folder),
-        JobKind("scene", "scenes", _task("app.scene3d.task:make_scene"), _output_failed, clear_folder),
-        JobKind("track", "long", _task("app.runs.task:track"), _run_failed, on_note=_run_noted, by_frame=True),
-        JobKind(
-            "retrain",
-            "long",
-            _task("app.exchange.retrain_task:retrain"),
-            partial(on_job_failed, ModelVersion),
+        TaskKind(
+            name="export",
+            lane="short",
+            load=_task("app.exchange.task:export"),
+            on_failed=_output_failed,
+            clear=clear_folder,
+        ),
+        TaskKind(
+            name="bundle",
+            lane="short",
+            load=_task("app.bundles.task:make_run_bundle"),
+            on_failed=_output_failed,
+            clear=clear_folder,
+        ),
+        TaskKind(
+            name="scene",
+            lane="scenes",
+            load=_task("app.scene3d.task:make_scene"),
+            on_failed=_output_failed,
+            clear=clear_folder,
+        ),
+        TaskKind(
+            name="track",
+            lane="long",
+            load=_task("app.runs.task:track"),
+            on_failed=_run_failed,
+            on_note=_run_noted,
+            by_frame=True,
+        ),
+        TaskKind(
+            name="retrain",
+            lane="long",
+            load=_task("app.exchange.retrain_task:retrain"),
+            on_failed=partial(on_job_failed, ModelVersion),
             on_note=partial(on_job_note, ModelVersion),
         ),
     ),

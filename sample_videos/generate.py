@@ -49,15 +49,10 @@ def _runs(frames: list[int]) -> list[tuple[int, int]]:
 def _events(drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float], count: int) -> list[JsonObject]:
     """Kinds of stress and their frames."""
     fps, (width, height) = renderer.fps, renderer.size
-    events: list[JsonObject] = [
-        {
-            "kind": "bump",
-            "first": round(t * fps),
-            "last": min(count - 1, round((t + 0.7) * fps)),
-            "strength": round(strength, 2),
-        }
-        for t, strength in drive.bumps
-    ]
+    events: list[JsonObject] = []
+    for t, strength in drive.bumps:
+        last = min(count - 1, round((t + 0.7) * fps))
+        events.append({"kind": "bump", "first": round(t * fps), "last": last, "strength": round(strength, 2)})
     events += [
         {"kind": "glare", "first": a, "last": b} for a, b in _runs([k for k, seen in enumerate(glare) if seen > 0.25])
     ]
@@ -65,17 +60,10 @@ def _events(drive: Drive, renderer: Renderer, rows: list[Row], glare: list[float
         below = [k for k in range(count) if drive.bridge[0] - 2 < drive.distance(k / fps) < drive.bridge[1]]
         events += [{"kind": "bridge_shadow", "first": a, "last": b} for a, b in _runs(below)]
     for sign in drive.signs:
-        covered = [
-            r.frame
-            for r in rows
-            if r.track_id == sign.track_id
-            and r.visibility < 0.9
-            and min(r.x2 - r.x1, r.y2 - r.y1) >= MIN_FACE_PX
-            and r.x1 > 0
-            and r.y1 > 0
-            and r.x2 < width
-            and r.y2 < height
+        whole = [
+            r for r in rows if r.track_id == sign.track_id and min(r.x1, r.y1) > 0 and r.x2 < width and r.y2 < height
         ]
+        covered = [r.frame for r in whole if r.visibility < 0.9 and min(r.x2 - r.x1, r.y2 - r.y1) >= MIN_FACE_PX]
         events += [{"kind": "occlusion", "first": a, "last": b, "track_id": sign.track_id} for a, b in _runs(covered)]
     if drive.weather.name in ("dusk", "low_sun", "overcast"):
         events.append({"kind": drive.weather.name, "first": 0, "last": count - 1})
@@ -87,6 +75,11 @@ def _facts(
 ) -> JsonObject:
     """The facts except the drive's name, scenario and seed."""
     seen = {r.track_id for r in rows}
+    signs = [
+        {"track_id": s.track_id, "class_id": s.class_id, "s_m": round(s.s, 2), "d_m": round(s.d, 2), "width_m": s.width}
+        for s in drive.signs
+        if s.track_id in seen
+    ]
     return {
         "frames": count,
         "width": renderer.size[0],
@@ -99,17 +92,7 @@ def _facts(
             "field_of_view_deg": FIELD_OF_VIEW,
             "speed_m_s": chosen.speed,
         },
-        "signs": [
-            {
-                "track_id": s.track_id,
-                "class_id": s.class_id,
-                "s_m": round(s.s, 2),
-                "d_m": round(s.d, 2),
-                "width_m": s.width,
-            }
-            for s in drive.signs
-            if s.track_id in seen
-        ],
+        "signs": signs,
         "events": _events(drive, renderer, rows, glare, count),
         "distractors": drive.distractors,
         "truth": {

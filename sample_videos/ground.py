@@ -85,15 +85,8 @@ class Ground:
         self._fields = np.moveaxis(
             np.array([[lin(*colours[k]) for k in row] for row in picks], np.float32), 2, 0
         ).copy()
-        self._patches = [
-            (
-                float(rng.uniform(5, path.length)),
-                float(rng.uniform(-2.6, 2.2)),
-                float(rng.uniform(2, 7)),
-                float(rng.uniform(0.5, 1.2)),
-            )
-            for _ in range(int(path.length / 22))
-        ]
+        low, high = (5, -2.6, 2, 0.5), (path.length, 2.2, 7, 1.2)
+        self._patches = rng.uniform(low, high, (int(path.length / 22), 4)).tolist()
 
     def shade(
         self,
@@ -128,16 +121,16 @@ class Ground:
         out = np.empty((camera.height - top, camera.width, 3), np.float32)
         for first in range(top, camera.height, _ROWS):
             last = min(first + _ROWS, camera.height)
+            lamps = None if sky_light is None else sky_light[first:last]
             out[first - top : last - top] = self._rows(
-                camera, first, last, s0, speed, seen, sun, sky_light, haze, bridge
+                camera, (first, last), s0, speed, seen, sun[first:last], lamps, haze, bridge
             )
         return top, out
 
     def _rows(
         self,
         camera: Camera,
-        first: int,
-        last: int,
+        span: tuple[int, int],
         s0: float,
         speed: float,
         seen: tuple[NDArray[np.float64], Plane],
@@ -147,7 +140,7 @@ class Ground:
         bridge: tuple[float, float] | None,
     ) -> Plane:
         """Radiance of some rows; few at a time, so that they stay in the cache."""
-        dx, dy, dz = camera.rays(first, last)
+        dx, dy, dz = camera.rays(*span)
         t = np.float32(camera.position[1]) / np.maximum(-dy, np.float32(1e-5))
         np.minimum(t, np.float32(4000), out=t)
         origin, table = seen
@@ -166,7 +159,6 @@ class Ground:
         lateral = np.maximum(t / np.float32(camera.focal), np.float32(1e-3))
         along = t * t / np.float32(camera.focal * camera.position[1]) + np.float32(speed * self._weather.shutter)
         albedo, gloss = self._albedo(s0, s, d, lateral, along)
-        rows = sun[first:last]
         w = self._weather
         sky = np.ones_like(t)
         if bridge is not None:
@@ -174,15 +166,15 @@ class Ground:
                 (np.float32(bridge[1] + 3) - s) / 6, 0, 1
             )
             sky = 1 - np.float32(0.86) * inside
-        light = w.sun.reshape(3, 1, 1) * (rows[None] * np.float32(w.to_sun[1])) + w.ambient.reshape(3, 1, 1) * sky[None]
+        light = w.sun.reshape(3, 1, 1) * (sun[None] * np.float32(w.to_sun[1])) + w.ambient.reshape(3, 1, 1) * sky[None]
         out = albedo * light
         if w.sun.max() > 0.3:
-            out += (gloss * self._sheen(dx, dy, dz) * rows)[None] * w.sun.reshape(3, 1, 1)
+            out += (gloss * self._sheen(dx, dy, dz) * sun)[None] * w.sun.reshape(3, 1, 1)
         out += ((gloss * np.float32(0.35)) * sky * (1 - np.clip(-dy * 4, 0, 1)) ** 2)[None] * (
             w.horizon * np.float32(0.25)
         ).reshape(3, 1, 1)
         if sky_light is not None:
-            out += albedo * sky_light[first:last][None] * np.array([0.75, 0.92, 1.0], np.float32).reshape(3, 1, 1)
+            out += albedo * sky_light[None] * np.array([0.75, 0.92, 1.0], np.float32).reshape(3, 1, 1)
         distance = t * np.sqrt(dx * dx + dy * dy + dz * dz)
         air = haze.reshape(3, 1, 1)
         out -= air

@@ -85,35 +85,6 @@ def write_csv(path: Path, rows: Iterable[Row]) -> None:
             )
 
 
-def read_csv(path: Path) -> list[Row]:
-    """Read a CSV of `write_csv`.
-
-    Raises:
-        ValueError: The first line is not `HEADER`.
-    """
-    with path.open(newline="", encoding="utf-8") as file:
-        lines = csv.reader(file)
-        head = tuple(next(lines, ()))
-        if head != HEADER:
-            raise ValueError(
-                f"{path.name} must begin with {','.join(HEADER)}, got {','.join(head)}: give the truth of a drive."
-            )
-        return [
-            Row(
-                int(v[0]),
-                int(v[1]),
-                float(v[2]),
-                float(v[3]),
-                float(v[4]),
-                float(v[5]),
-                int(v[6]),
-                float(v[7]),
-                int(v[8]),
-            )
-            for v in lines
-        ]
-
-
 def write_json(path: Path, facts: JsonMapping) -> None:
     """Write the facts about a drive."""
     path.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")

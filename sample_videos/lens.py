@@ -160,9 +160,8 @@ class Lens:
         ):
             gx, gy = sx + (cx - sx) * along, sy + (height / 2 - sy) * along
             rr = np.sqrt((x * 4 - np.float32(gx)) ** 2 + (y * 4 - np.float32(gy)) ** 2) / width
-            layer += (np.float32(strength) * np.clip((radius - rr) / 0.006, 0, 1))[..., None] * np.array(
-                tint, np.float32
-            )
+            ghost = np.float32(strength) * np.clip((radius - rr) / 0.006, 0, 1)
+            layer += ghost[..., None] * np.array(tint, np.float32)
         power = np.float32(seen * min(1.0, float(w.sun.max()) / 3))
         veil_full = cv2.resize(layer, (width, height), interpolation=cv2.INTER_LINEAR)
         out += veil_full * power * (0.72 + 0.4 * self._dust)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 
 import cv2
@@ -13,6 +14,7 @@ from sample_videos.colour import Linear
 from sample_videos.scene_objects import BEAM, UP, View, cast, clip_near, darken, headlamp, hull, to_pixels
 
 Array = NDArray[np.float64]
+Span = tuple[float, float]
 
 
 @dataclass
@@ -165,26 +167,11 @@ class Body:
             darken(mask, view, outline, 10)
 
 
-def box(
-    x0: float,
-    x1: float,
-    y0: float,
-    y1: float,
-    z0: float,
-    z1: float,
-    colour: Linear,
-    gloss: float = 0.0,
-    own: float = 0.0,
-) -> list[Face]:
-    """The six faces of a box, facing outwards."""
-    p = np.array([[x, y, z] for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)], np.float64)
+def box(x: Span, y: Span, z: Span, colour: Linear, gloss: float = 0.0, own: float = 0.0) -> list[Face]:
+    """The six faces of a box, facing outwards; each span is the box's extent along an axis of the frame, metres."""
+    p = np.array([[*at] for at in itertools.product(sorted(x), sorted(y), sorted(z))], np.float64)
     order = [(0, 4, 6, 2), (5, 1, 3, 7), (1, 0, 2, 3), (4, 5, 7, 6), (2, 6, 7, 3), (1, 5, 4, 0)]
-    faces = []
-    middle = p.mean(0)
-    for indices in order:
-        points = p[list(indices)]
-        faces.append(Face(outward(points, middle), colour, gloss, own))
-    return faces
+    return [Face(outward(p[list(corners)], p.mean(0)), colour, gloss, own) for corners in order]
 
 
 def outward(points: Array, middle: Array) -> Array:
@@ -201,9 +188,7 @@ def prism(
     ring = np.stack([x + radius * np.cos(angle), np.zeros(sides), z + radius * np.sin(angle)], axis=1)
     low, high = ring + UP * y0, ring + UP * y1
     middle = np.array([x, (y0 + y1) / 2, z])
-    faces = []
-    for k in range(sides):
-        j = (k + 1) % sides
-        faces.append(Face(outward(np.stack([low[k], low[j], high[j], high[k]]), middle), colour, gloss))
+    walls = [np.stack([low[k - 1], low[k], high[k], high[k - 1]]) for k in [*range(1, sides), 0]]
+    faces = [Face(outward(wall, middle), colour, gloss) for wall in walls]
     faces.append(Face(outward(high.copy(), middle), colour))
     return faces

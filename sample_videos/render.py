@@ -76,14 +76,8 @@ class Renderer:
         aside = LANE + 0.12 * np.sin(0.6 * t)
         heading = 0.65 * d.path.heading(s) + 0.35 * d.path.heading(s + 14)
         lean = 0.25 * (d.path.heading(s + 8) - d.path.heading(s))
-        return look(
-            *self.size,
-            self.focal,
-            d.path.point(s, aside, HEIGHT + heave),
-            heading + yaw,
-            pitch - 0.012,
-            roll + lean * 0.4,
-        )
+        position = d.path.point(s, aside, HEIGHT + heave)
+        return look(*self.size, self.focal, position, heading + yaw, pitch - 0.012, roll + lean * 0.4)
 
     def _headlamps(self) -> NDArray[np.float32]:
         width, height = self.size
@@ -134,15 +128,8 @@ class Renderer:
         for thing in near:
             thing.shadow(mask, view)
         mask = cv2.GaussianBlur(mask, (0, 0), max(width / 900, 0.5))
-        top, ground = self._ground.shade(
-            camera,
-            float(d.distance(t)),
-            d.speed(t),
-            mask.astype(np.float32) / 255,
-            self._beam,
-            view.haze_colour,
-            d.bridge,
-        )
+        sun = mask.astype(np.float32) / 255
+        top, ground = self._ground.shade(camera, d.distance(t), d.speed(t), sun, self._beam, view.haze_colour, d.bridge)
         self._sky.paint(camera, film.image, min(top + 4 + height // 60, height), t)
         _join(film.image, ground, top, camera)
         self._contact(film, near, view)
@@ -162,15 +149,8 @@ class Renderer:
             polygon = sign.polygon(camera) if sign.track_id in seen else None
             if polygon is None:
                 continue
-            (x1, y1), (x2, y2) = polygon.min(0), polygon.max(0)
-            made = make_row(
-                number,
-                sign.track_id,
-                (float(x1), float(y1), float(x2), float(y2)),
-                self.size,
-                sign.class_id,
-                seen[sign.track_id],
-            )
+            (x1, y1), (x2, y2) = polygon.min(0).tolist(), polygon.max(0).tolist()
+            made = make_row(number, sign.track_id, (x1, y1, x2, y2), self.size, sign.class_id, seen[sign.track_id])
             if made is not None:
                 rows.append(made)
         return Moment(picture, rows, glare)
@@ -179,14 +159,9 @@ class Renderer:
         """Things that may be visible or cast a shadow into view, from far to near."""
         local = view.camera.to_camera(self._places)
         distance = np.hypot(local[:, 0], local[:, 2])
-        keep = (
-            (local[:, 2] > -32)
-            & (distance < self._reaches)
-            & (np.abs(local[:, 0]) < np.maximum(local[:, 2], 0) * 0.75 + 45)
-        )
-        chosen: list[tuple[float, SceneObject]] = [
-            (float(distance[k]), self.drive.things[k][0]) for k in np.flatnonzero(keep)
-        ]
+        in_view = np.abs(local[:, 0]) < np.maximum(local[:, 2], 0) * 0.75 + 45
+        kept = np.flatnonzero((local[:, 2] > -32) & (distance < self._reaches) & in_view)
+        chosen: list[tuple[float, SceneObject]] = [(float(distance[k]), self.drive.things[k][0]) for k in kept]
         for mover in self.drive.movers:
             body = mover.body(self.drive.path, t)
             if body is not None:

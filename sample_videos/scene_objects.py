@@ -17,10 +17,8 @@ from sample_videos.weather import Weather
 
 Array = NDArray[np.float64]
 UP = np.array([0.0, 1.0, 0.0])
-_LIMIT = 2600
-"""Maximum width and height of a patch; larger ones are cut to the picture or left out."""
-
-
+_MAX_BILLBOARD_PX = 5200
+"""Largest width of a painted billboard, px; larger ones are left out."""
 BEAM = np.array([0.78, 0.94, 1.0], np.float32)
 """Colour of our headlamps, (b, g, r)."""
 
@@ -124,14 +122,8 @@ def darken(mask: NDArray[np.uint8], view: View, ground: Array, value: int = 0) -
     if len(local) < 3:
         return
     pixels = to_pixels(view.camera, local)
-    if (
-        pixels[:, 0].max() < 0
-        or pixels[:, 0].min() > mask.shape[1]
-        or pixels[:, 1].max() < 0
-        or pixels[:, 1].min() > mask.shape[0]
-    ):
-        return
-    cv2.fillPoly(mask, [np.round((pixels - 0.5) * 16).astype(np.int32)], value, cv2.LINE_AA, 4)
+    if (pixels.max(0) >= 0).all() and (pixels.min(0) <= mask.shape[::-1]).all():
+        cv2.fillPoly(mask, [np.round((pixels - 0.5) * 16).astype(np.int32)], value, cv2.LINE_AA, 4)
 
 
 def cast(points: Array, weather: Weather) -> Array:
@@ -169,14 +161,8 @@ class Billboard:
         foot = camera.project(self.place)
         scale = camera.focal / local[2]
         w = self.width * scale
-        if (
-            w < 0.7
-            or w > _LIMIT * 2
-            or foot[0] + w < 0
-            or foot[0] - w > camera.width
-            or top[1] > camera.height
-            or foot[1] < 0
-        ):
+        is_beside = foot[0] + w < 0 or foot[0] - w > camera.width or top[1] > camera.height or foot[1] < 0
+        if not 0.7 <= w <= _MAX_BILLBOARD_PX or is_beside:
             return
         level = 0
         while level + 1 < len(self.levels) and self.levels[level].shape[1] > 1.6 * w:
@@ -268,7 +254,7 @@ class Plate:
         n = np.cross(self.corners[3] - self.corners[0], self.corners[1] - self.corners[0])
         return np.asarray(-n / np.linalg.norm(n))
 
-    def project(self, view: View) -> tuple[Patch, int, int, Array] | None:
+    def project(self, view: View) -> tuple[Patch, int, int] | None:
         """The projected picture in its own colours: patch, x, y; None: not visible."""
         camera = view.camera
         local = camera.to_camera(self.corners)
@@ -297,7 +283,7 @@ class Plate:
         half = np.array([[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1.0]])
         matrix = half @ homography @ np.array([[1 / w, 0, 0.5 / w], [0, 1 / h, 0.5 / h], [0, 0, 1.0]])
         patch = cv2.warpPerspective(picture, matrix, (int(x1 - x0), int(y1 - y0)), flags=cv2.INTER_LINEAR)
-        return patch, int(x0), int(y0), homography
+        return patch, int(x0), int(y0)
 
     def draw(self, view: View) -> None:
         """Paint it."""
@@ -308,7 +294,7 @@ class Plate:
         projected = self.project(view)
         if projected is None:
             return None
-        patch, x, y, _ = projected
+        patch, x, y = projected
         coverage = patch[..., 3].copy()
         normal = self.normal
         if not self.cull and float((view.camera.position - self.place) @ normal) < 0:
@@ -322,6 +308,12 @@ class Plate:
         """Cast its rectangle on the ground."""
         if self.shades and view.weather.sun.max() > 0.3 and -15 < view.camera.to_camera(self.place)[2] < 120:
             darken(mask, view, cast(self.corners, view.weather))
+
+
+def rectangle(centre: Array, half_across: Array, half_up: Array) -> Array:
+    """Corners of a rectangle about a point for :class:`Plate`, (4, 3); the vectors lead to its right and upper side."""
+    left, right = centre - half_across, centre + half_across
+    return np.stack([left + half_up, right + half_up, right - half_up, left - half_up])
 
 
 def hull(ground: Array) -> Array:

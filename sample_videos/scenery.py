@@ -14,7 +14,7 @@ from sample_videos.meshes import Body, Mesh
 from sample_videos.pole_plan import plan_poles
 from sample_videos.road_path import RoadPath
 from sample_videos.scenarios import Scenario
-from sample_videos.scene_objects import UP, Billboard, Plate, SceneObject
+from sample_videos.scene_objects import UP, Billboard, Plate, SceneObject, rectangle
 from sample_videos.sign_posts import build_sign_post
 from sample_videos.weather import WEATHERS
 
@@ -39,6 +39,12 @@ class _Builder:
     def add(self, thing: SceneObject, reach: float) -> None:
         self.drive.things.append((thing, reach))
 
+    def stand(
+        self, build: Callable[..., SceneObject], s: float, d: float, reach: float, *further: float | bool
+    ) -> None:
+        """Add what ``build`` makes of a place beside the road and the road's axes there."""
+        self.add(build(self.drive.path.point(s, d), *self.drive.path.frame(s), *further), reach)
+
     def _pick(self, pictures: list[list[Patch]]) -> list[Patch]:
         return pictures[int(self.rng.integers(len(pictures)))]
 
@@ -53,11 +59,8 @@ class _Builder:
         )
 
     def tree(self, s: float, d: float, tall: float, reach: float = 420.0, *, conifer: bool = False) -> None:
-        place = self.drive.path.point(s, d)
-        if conifer:
-            self.add(Billboard(place, self._pick(self.conifers), tall * 0.45, tall), reach)
-        else:
-            self.add(Billboard(place, self._pick(self.trees), tall * 0.8, tall), reach)
+        pictures, wide = (self.conifers, tall * 0.45) if conifer else (self.trees, tall * 0.8)
+        self.add(Billboard(self.drive.path.point(s, d), self._pick(pictures), wide, tall), reach)
 
     def wood(self, s: float, d: float, tall: float) -> None:
         self.add(Billboard(self.drive.path.point(s, d), self._pick(self.groves), tall * 3.4, tall, shades=False), 800)
@@ -84,15 +87,7 @@ class _Builder:
         foot = path.point(s, d)
         w, h = size
         centre = foot + UP * (low + h / 2) - forward * 0.08
-        corners = np.stack(
-            [
-                centre - across * w / 2 + UP * h / 2,
-                centre + across * w / 2 + UP * h / 2,
-                centre + across * w / 2 - UP * h / 2,
-                centre - across * w / 2 - UP * h / 2,
-            ]
-        )
-        self.add(Plate(corners, picture, shades=True), 260)
+        self.add(Plate(rectangle(centre, across * w / 2, UP * h / 2), picture, shades=True), 260)
         if on_pole:
             if w > 1.2:
                 for side in (-0.4, 0.4):
@@ -154,9 +149,8 @@ class _Builder:
         rng, d = self.rng, self.drive
         path = d.path
         for s in np.arange(-20.0, self.end, 25.0):
-            right, forward = path.frame(s)
             for side in (-1, 1):
-                self.add(structures.delineator(path.point(s, side * 4.35), right, forward), 170)
+                self.stand(structures.delineator, s, side * 4.35, 170)
         s = -10.0
         while s < self.end:
             kind = rng.random()
@@ -188,44 +182,32 @@ class _Builder:
                 if rng.random() < 0.5:
                     self.wood(q, side * (deep + 70), rng.uniform(11, 15))
                 if rng.random() < 0.3:
-                    self.tree(
-                        q + rng.uniform(-6, 6),
-                        side * rng.uniform(40, 90),
-                        rng.uniform(7, 13),
-                        600,
-                        conifer=rng.random() < 0.25,
-                    )
+                    at, off, tall = q + rng.uniform(-6, 6), side * rng.uniform(40, 90), rng.uniform(7, 13)
+                    self.tree(at, off, tall, 600, conifer=rng.random() < 0.25)
         for q in np.arange(10.0, self.end, 47.0):
-            right, forward = path.frame(q)
-            self.add(structures.wooden_pole(path.point(q, -13.5), right, forward), 360)
+            self.stand(structures.wooden_pole, q, -13.5, 360)
         for q in rng.uniform(20, self.end, int(self.end / 28)):
-            right, forward = path.frame(q)
-            at = path.point(q, float(rng.choice([-1, 1])) * rng.uniform(15, 45))
-            self.add(structures.bale(at, right, forward), 260)
+            self.stand(structures.bale, q, float(rng.choice([-1, 1])) * rng.uniform(15, 45), 260)
             d.distractors.append({"kind": "bale", "s": round(float(q), 1)})
         start = float(rng.uniform(0.35, 0.5)) * self.last
         for q in np.arange(start, start + 56, 4.0):
-            right, forward = path.frame(q)
-            self.add(structures.rail(path.point(q, -4.6), right, forward, 4.0), 160)
+            self.stand(structures.rail, q, -4.6, 160, 4.0)
         for q in np.arange(95, self.end, 150):
             side = -1 if rng.random() < 0.6 else 1
             right, forward = path.frame(q)
             for k in range(int(rng.integers(1, 4))):
                 angle = rng.uniform(-0.6, 0.6)
                 r, f = right * np.cos(angle) + forward * np.sin(angle), forward * np.cos(angle) - right * np.sin(angle)
-                self.add(
-                    structures.House(rng, path.point(q + 16 * k, side * rng.uniform(26, 44)), r, f, d.weather.lamps),
-                    500,
-                )
+                centre = path.point(q + 16 * k, side * rng.uniform(26, 44))
+                self.add(structures.House(rng, centre, r, f, d.weather.lamps), 500)
         self.plate("poster", sign_lookalikes.poster(rng), 118.0, -9.0, (3.4, 2.4), 1.2)
         self.plate("direction", sign_lookalikes.direction(rng), 84.0, 6.6, (1.9, 0.9), 1.5)
         self.plate("sign_back", sign_lookalikes.sign_back(9), 172.0, -5.0, (0.6, 0.6), 2.0)
         self.plate("sign_back", sign_lookalikes.sign_back(20), 128.0, -5.1, (0.9, 0.9), 1.9)
         self.plate("bend_marker", sign_lookalikes.chevrons(), 236.0, -5.6, (0.9, 0.9), 0.9)
         for q in np.arange(300, self.end, 130):
-            self.plate(
-                "poster", sign_lookalikes.poster(rng), float(q), float(rng.choice([-1, 1])) * 9.5, (3.2, 2.2), 1.2
-            )
+            poster, off = sign_lookalikes.poster(rng), float(rng.choice([-1, 1])) * 9.5
+            self.plate("poster", poster, float(q), off, (3.2, 2.2), 1.2)
 
     def town(self) -> None:
         """Add houses with gardens, hedges, trees, lamps, parked cars and sign-like boards along a street."""
@@ -237,9 +219,8 @@ class _Builder:
                 if self.free(q, side * 14, 0):
                     right, forward = path.frame(q)
                     across, along = (forward, right) if rng.random() < 0.65 else (right, forward)
-                    self.add(
-                        structures.House(rng, path.point(q, side * rng.uniform(13.5, 16.5)), across, along, lit), 420
-                    )
+                    centre = path.point(q, side * rng.uniform(13.5, 16.5))
+                    self.add(structures.House(rng, centre, across, along, lit), 420)
                     if rng.random() < 0.5:
                         self.tree(q + 7.5, side * rng.uniform(9.5, 12), rng.uniform(5, 8.5))
                 q += float(rng.uniform(15, 20))
@@ -250,18 +231,12 @@ class _Builder:
             for q in np.arange(-20.0, self.end + 300, 20.0):
                 self.wood(q, side * rng.uniform(34, 60), rng.uniform(8, 12))
                 if rng.random() < 0.4:
-                    self.tree(
-                        q + rng.uniform(-4, 4),
-                        side * rng.uniform(26, 40),
-                        rng.uniform(9, 14),
-                        500,
-                        conifer=rng.random() < 0.3,
-                    )
+                    at, off, tall = q + rng.uniform(-4, 4), side * rng.uniform(26, 40), rng.uniform(9, 14)
+                    self.tree(at, off, tall, 500, conifer=rng.random() < 0.3)
         for k, q in enumerate(np.arange(22.0, self.end, 33.0)):
             side = -1 if k % 2 else 1
             if self.free(q, side * 6.2, 0):
-                right, forward = path.frame(q)
-                self.add(structures.lamp_post(path.point(q, side * 5.8), right, forward, -side, lit), 300)
+                self.stand(structures.lamp_post, q, side * 5.8, 300, -side, lit)
         for q in np.arange(14.0, self.end, 12.5):
             right, forward = path.frame(q)
             if rng.random() < 0.55 and self.free(q, -4.6, 1.0):
@@ -272,15 +247,8 @@ class _Builder:
             if rng.random() < 0.3:
                 at = q + 5
                 if self.free(at, 5.6, 1.5):
-                    self.add(
-                        structures.bin_body(
-                            path.point(at, 5.6),
-                            right,
-                            forward,
-                            [(30, 70, 140), (200, 160, 20), (46, 50, 50)][int(rng.integers(3))],
-                        ),
-                        120,
-                    )
+                    colour = [(30, 70, 140), (200, 160, 20), (46, 50, 50)][int(rng.integers(3))]
+                    self.add(structures.bin_body(path.point(at, 5.6), right, forward, colour), 120)
                     d.distractors.append({"kind": "bin", "s": round(float(at), 1)})
         self.plate("shop_disc", sign_lookalikes.shop_disc(rng), 52.0, 8.0, (1.1, 1.1), 2.9)
         self.plate("parking", sign_lookalikes.parking(), 76.0, 6.0, (0.6, 0.6), 2.0)
@@ -305,16 +273,8 @@ class _Builder:
                 if rng.random() < 0.75:
                     spread = low + (high - low) * rng.random() ** 1.5
                     tall = float(rng.uniform(0.16, 0.34) + 0.045 * (spread - low))
-                    self.add(
-                        Billboard(
-                            path.point(float(q + rng.uniform(-0.3, 0.3)), side * spread),
-                            self._pick(self.tufts),
-                            tall * 1.6,
-                            tall,
-                            shades=False,
-                        ),
-                        42,
-                    )
+                    place = path.point(float(q + rng.uniform(-0.3, 0.3)), side * spread)
+                    self.add(Billboard(place, self._pick(self.tufts), tall * 1.6, tall, shades=False), 42)
 
 
 def build(scenario: Scenario, seconds: float, rng: np.random.Generator) -> Drive:

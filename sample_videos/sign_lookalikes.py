@@ -10,8 +10,8 @@ from sample_videos.colour import linear_picture
 from sample_videos.linear_canvas import Patch
 from sample_videos.noise import mipmaps
 from tsr_engine.pictograms.canvas import Canvas, arc, rounded
-from tsr_engine.pictograms.figures import xy
 from tsr_engine.pictograms.gtsrb import outline
+from tsr_engine.pictograms.paths import path
 
 _N = 256
 
@@ -56,13 +56,13 @@ def shop_disc(rng: np.random.Generator) -> list[Patch]:
 def parking() -> list[Patch]:
     """A blue parking plate."""
     canvas = Canvas()
-    plate = rounded(xy(-0.98, -0.98, 0.98, -0.98, 0.98, 0.98, -0.98, 0.98), 0.14)
+    plate = rounded(path("-98 -98 98 -98 98 98 -98 98"), 0.14)
     canvas.outline(plate)
     canvas.fill(plate, (236, 238, 236))
     canvas.fill(plate * 0.93, (12, 72, 150))
-    canvas.fill(xy(-0.34, -0.62, -0.12, -0.62, -0.12, 0.62, -0.34, 0.62), (236, 238, 236))
+    canvas.fill("-34 -62 -12 -62 -12 62 -34 62", (236, 238, 236))
     canvas.stroke(
-        np.concatenate([xy(-0.2, -0.52), arc(0.1, -0.2, 0.32, 0.32, -90, 90), xy(-0.2, 0.12)]), 0.2, (236, 238, 236)
+        np.concatenate([path("-20 -52"), arc(0.1, -0.2, 0.32, 0.32, -90, 90), path("-20 12")]), 0.2, (236, 238, 236)
     )
     return _done(canvas.picture(_N))
 
@@ -102,7 +102,7 @@ def mirror() -> list[Patch]:
         canvas.fill(wedge, (190, 40, 36))
     canvas.disc(0, 0, 0.82, (148, 168, 186))
     canvas.fill(np.concatenate([arc(0, 0, 0.82, 0.82, 10, 170, 40)]), (88, 92, 86))
-    canvas.fill(xy(-0.1, 0.14, 0.12, 0.14, 0.4, 0.72, -0.3, 0.76), (112, 112, 112))
+    canvas.fill("-10 14 12 14 40 72 -30 76", (112, 112, 112))
     return _done(canvas.picture(_N))
 
 
@@ -113,8 +113,8 @@ def sign_back(class_id: int) -> list[Patch]:
     canvas.outline(shape)
     canvas.fill(shape * 1.1, (122, 124, 124))
     canvas.fill(shape * 0.95, (134, 136, 137))
-    canvas.fill(xy(-1, -0.16, 1, -0.16, 1, -0.08, -1, -0.08), (112, 114, 114))
-    canvas.fill(xy(-1, 0.26, 1, 0.26, 1, 0.34, -1, 0.34), (112, 114, 114))
+    canvas.fill("-100 -16 100 -16 100 -8 -100 -8", (112, 114, 114))
+    canvas.fill("-100 26 100 26 100 34 -100 34", (112, 114, 114))
     return _done(canvas.picture(_N))
 
 

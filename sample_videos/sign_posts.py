@@ -14,7 +14,7 @@ from sample_videos.linear_canvas import Patch
 from sample_videos.meshes import Body
 from sample_videos.noise import fractal, mipmaps
 from sample_videos.road_path import RoadPath
-from sample_videos.scene_objects import UP, Plate, View, cast, darken
+from sample_videos.scene_objects import UP, Plate, View, cast, darken, rectangle
 from sample_videos.structures import pole
 from tsr_engine.pictograms.gtsrb import drawing, nominal_width, outline
 
@@ -119,15 +119,7 @@ def build_sign_post(
         shape = outline(class_id)
         low, high = float(shape[:, 1].max()) * width / 2, float(-shape[:, 1].min()) * width / 2
         centre = foot + up * (y + low) + front * 0.07
-        half = width / 2
-        corners = np.stack(
-            [
-                centre - side * half + up * half,
-                centre + side * half + up * half,
-                centre + side * half - up * half,
-                centre - side * half - up * half,
-            ]
-        )
+        corners = rectangle(centre, side * (width / 2), up * (width / 2))
         plate = Plate(corners, weathered(rng, class_id), glow=glow, shades=True)
         signs.append(Sign(first_id + number, class_id, s, d, width, plate))
         y += low + high + 0.05

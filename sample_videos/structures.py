@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sample_videos.colour import Linear, lin, linear_picture
+from sample_videos.colour import Linear, lin, linear_picture, opaque
 from sample_videos.linear_canvas import Patch
 from sample_videos.meshes import Body, Face, Mesh, box, outward, prism
 from sample_videos.noise import fractal, mipmaps
@@ -17,14 +17,8 @@ from sample_videos.scene_objects import UP, Plate, SceneObject, View, cast, dark
 Array = NDArray[np.float64]
 
 _PLASTER = (
-    (222, 212, 190),
-    (206, 196, 180),
-    (228, 224, 214),
-    (200, 168, 130),
-    (190, 196, 190),
-    (214, 184, 150),
-    (150, 84, 66),
-)
+    (222, 212, 190), (206, 196, 180), (228, 224, 214), (200, 168, 130), (190, 196, 190), (214, 184, 150), (150, 84, 66),
+)  # fmt: skip
 _TILES = ((132, 66, 46), (104, 56, 44), (76, 72, 74), (146, 84, 56))
 
 
@@ -58,10 +52,9 @@ def _window(
         glow[y : y + h, x : x + w] = 1
     curtain = int(w * rng.uniform(0.12, 0.3))
     if rng.random() < 0.7 and not warm:
-        image[y : y + h, x : x + curtain] = image[y : y + h, x : x + curtain] * 0.5 + np.array([90, 96, 98])
-        image[y : y + h, x + w - curtain : x + w] = image[y : y + h, x + w - curtain : x + w] * 0.5 + np.array(
-            [90, 96, 98]
-        )
+        for left in (x, x + w - curtain):
+            part = image[y : y + h, left : left + curtain]
+            part[:] = part * 0.5 + np.array([90, 96, 98])
     cv2.line(image, (x + w // 2, y), (x + w // 2, y + h), (200, 204, 204), 3)
     cv2.line(image, (x, y + h // 3), (x + w, y + h // 3), (200, 204, 204), 2)
     image[y + h + 5 : y + h + 12, x - 5 : x + w + 5] *= 0.72
@@ -95,9 +88,8 @@ def _wall(
                 continue
             _window(image, rng, x, y, int(1.1 * scale), int(1.3 * scale), lit, glow)
     if g > 2.0 * scale:
-        _window(
-            image, rng, int(w / 2 - 0.5 * scale), int(g - 1.0 * scale), int(1.0 * scale), int(1.1 * scale), lit, glow
-        )
+        x, y = int(w / 2 - 0.5 * scale), int(g - 1.0 * scale)
+        _window(image, rng, x, y, int(1.0 * scale), int(1.1 * scale), lit, glow)
     alpha = np.full((h + g, w), 255, np.uint8)
     if g:
         alpha[:g] = 0
@@ -115,7 +107,7 @@ def _roof(rng: np.random.Generator, width: float, slope: float) -> list[Patch]:
         image[y : y + 3] *= 0.72
     for x in range(0, w, 7):
         image[:, x] *= 0.86
-    return mipmaps(linear_picture(np.dstack([np.clip(image, 0, 255).astype(np.uint8), np.full((h, w), 255, np.uint8)])))
+    return mipmaps(opaque(np.clip(image, 0, 255).astype(np.uint8)))
 
 
 class House:
@@ -144,21 +136,16 @@ class House:
             a, b = self._plan[k], self._plan[(k + 1) % 4]
             high = wall + (ridge if k % 2 else 0.0)
             corners = np.stack([a + UP * high, b + UP * high, b, a])
-            if float(Plate(corners, []).normal @ ((a + b) / 2 - centre)) < 0:
-                corners = np.stack([b + UP * high, a + UP * high, a, b])
-            self._plates.append(Plate(corners, eaves[k % 2]))
+            self._plates.append(_plate_towards((a + b) / 2 - centre, corners, eaves[k % 2]))
         tiles = _roof(rng, long + 0.8, float(np.hypot(deep / 2 + 0.5, ridge + 0.3)))
         crown = centre + UP * (wall + ridge + 0.08)
         for side in (-1, 1):
             low = centre + forward * side * (deep / 2 + 0.5) + UP * (wall - 0.3)
             out = right * (long / 2 + 0.4)
             corners = np.stack([crown - out, crown + out, low + out, low - out])
-            if Plate(corners, []).normal[1] < 0:
-                corners = np.stack([crown + out, crown - out, low - out, low + out])
-            self._plates.append(Plate(corners, tiles))
-        chimney = box(
-            long * 0.2, long * 0.2 + 0.7, wall + ridge * 0.4, wall + ridge + 0.8, -0.9, -0.3, lin(120, 70, 56)
-        )
+            self._plates.append(_plate_towards(UP, corners, tiles))
+        left, low, high = long * 0.2, wall + ridge * 0.4, wall + ridge + 0.8
+        chimney = box((left, left + 0.7), (low, high), (-0.9, -0.3), lin(120, 70, 56))
         self._chimney = Body(Mesh(chimney), centre, right, forward, shades=False)
 
     @property
@@ -168,21 +155,33 @@ class House:
 
     def draw(self, view: View) -> None:
         """Paint its faces from far to near."""
-        eye = view.camera.position
-        for plate in sorted(self._plates[:4], key=lambda p: -float(np.linalg.norm(p.place - eye))):
-            plate.draw(view)
-        self._chimney.draw(view)
-        for plate in sorted(self._plates[4:], key=lambda p: -float(np.linalg.norm(p.place - eye))):
-            plate.draw(view)
+
+        def nearness(plate: Plate) -> float:
+            return -float(np.linalg.norm(plate.place - view.camera.position))
+
+        walls, roof = sorted(self._plates[:4], key=nearness), sorted(self._plates[4:], key=nearness)
+        parts: list[SceneObject] = [*walls, self._chimney, *roof]
+        for part in parts:
+            part.draw(view)
 
     def shadow(self, mask: NDArray[np.uint8], view: View) -> None:
         """Cast the hull of its corners on the ground."""
-        w = view.weather
-        if w.sun.max() < 0.3:
-            return
-        crown = [self._centre + UP * self._top]
-        points = np.array(list(self._plan) + [p + UP * (self._top - 2.5) for p in self._plan] + crown)
-        darken(mask, view, hull(cast(points, w)), 0)
+        if view.weather.sun.max() >= 0.3:
+            eaves = [corner + UP * (self._top - 2.5) for corner in self._plan]
+            points = np.array([*self._plan, *eaves, self._centre + UP * self._top])
+            darken(mask, view, hull(cast(points, view.weather)))
+
+
+def _plate_towards(direction: Array, corners: Array, levels: list[Patch]) -> Plate:
+    """A plate whose front faces a direction; its corners are mirrored left to right where they would not."""
+    towards = float(Plate(corners, levels).normal @ direction) >= 0
+    return Plate(corners if towards else corners[[1, 0, 3, 2]], levels)
+
+
+def _face_towards(direction: tuple[float, float, float], points: Array, colour: Linear) -> Face:
+    """A face whose normal points in a direction of the frame: right, up, forward."""
+    normal = np.cross(points[1] - points[0], points[2] - points[0])
+    return Face(points if normal @ direction > 0 else points[::-1].copy(), colour)
 
 
 def lamp_post(origin: Array, right: Array, forward: Array, towards: float, lit: bool) -> Body:
@@ -190,27 +189,18 @@ def lamp_post(origin: Array, right: Array, forward: Array, towards: float, lit: 
     grey = lin(118, 122, 122)
     faces = prism(0, 0, 0.07, 0, 6.8, grey)
     end = towards * 1.5
-    faces += box(min(0, end), max(0, end), 6.72, 6.80, -0.04, 0.04, grey)
-    faces += box(min(end * 0.7, end * 1.15), max(end * 0.7, end * 1.15), 6.64, 6.78, -0.12, 0.12, lin(90, 92, 92))
-    faces += box(
-        min(end * 0.75, end * 1.1),
-        max(end * 0.75, end * 1.1),
-        6.58,
-        6.64,
-        -0.09,
-        0.09,
-        lin(250, 236, 200),
-        own=6.0 if lit else 0.0,
-    )
+    faces += box((0, end), (6.72, 6.80), (-0.04, 0.04), grey)
+    faces += box((end * 0.7, end * 1.15), (6.64, 6.78), (-0.12, 0.12), lin(90, 92, 92))
+    faces += box((end * 0.75, end * 1.1), (6.58, 6.64), (-0.09, 0.09), lin(250, 236, 200), own=6.0 if lit else 0.0)
     return Body(Mesh(faces), origin, right, forward)
 
 
 def delineator(origin: Array, right: Array, forward: Array) -> Body:
     """A kerb post: white with a slanted black band and a reflector."""
-    faces = box(-0.06, 0.06, 0, 0.62, -0.05, 0.05, lin(226, 226, 222))
-    faces += box(-0.062, 0.062, 0.62, 0.86, -0.052, 0.052, lin(28, 28, 30))
-    faces += box(-0.06, 0.06, 0.86, 1.0, -0.05, 0.05, lin(226, 226, 222))
-    faces += box(-0.025, 0.025, 0.65, 0.82, -0.058, -0.05, lin(190, 196, 200), 0.5)
+    faces = box((-0.06, 0.06), (0, 0.62), (-0.05, 0.05), lin(226, 226, 222))
+    faces += box((-0.062, 0.062), (0.62, 0.86), (-0.052, 0.052), lin(28, 28, 30))
+    faces += box((-0.06, 0.06), (0.86, 1.0), (-0.05, 0.05), lin(226, 226, 222))
+    faces += box((-0.025, 0.025), (0.65, 0.82), (-0.058, -0.05), lin(190, 196, 200), 0.5)
     return Body(Mesh(faces), origin, right, forward)
 
 
@@ -218,9 +208,9 @@ def rail(origin: Array, right: Array, forward: Array, length: float) -> Body:
     """A piece of guard rail along `forward`, on posts."""
     steel = lin(150, 154, 158)
     faces: list[Face] = []
-    for x0, x1, y0, y1 in ((-0.06, -0.02, 0.66, 0.78), (-0.02, 0.02, 0.58, 0.66), (-0.06, -0.02, 0.46, 0.58)):
-        faces += box(x0, x1, y0, y1, 0, length, steel, 0.25)
-    faces += box(0.0, 0.1, 0, 0.62, 0.0, 0.08, lin(116, 118, 120))
+    for x, y in (((-0.06, -0.02), (0.66, 0.78)), ((-0.02, 0.02), (0.58, 0.66)), ((-0.06, -0.02), (0.46, 0.58))):
+        faces += box(x, y, (0, length), steel, 0.25)
+    faces += box((0.0, 0.1), (0, 0.62), (0.0, 0.08), lin(116, 118, 120))
     return Body(Mesh(faces), origin, right, forward, sorting=np.array([0.0, 0.5, length / 2]))
 
 
@@ -232,15 +222,14 @@ def pole(origin: Array, right: Array, forward: Array, height: float, radius: flo
 def wooden_pole(origin: Array, right: Array, forward: Array) -> Body:
     """A wooden line pole with a cross arm."""
     faces = prism(0, 0, 0.13, 0, 7.5, lin(104, 84, 64))
-    faces += box(-0.8, 0.8, 6.9, 7.05, -0.06, 0.06, lin(96, 78, 60))
+    faces += box((-0.8, 0.8), (6.9, 7.05), (-0.06, 0.06), lin(96, 78, 60))
     return Body(Mesh(faces), origin, right, forward)
 
 
 def bin_body(origin: Array, right: Array, forward: Array, colour: tuple[int, int, int]) -> Body:
     """A wheeled bin."""
-    faces = box(-0.28, 0.28, 0.05, 1.0, -0.3, 0.3, lin(*colour), 0.08) + box(
-        -0.31, 0.31, 1.0, 1.07, -0.33, 0.33, lin(*colour), 0.08
-    )
+    faces = box((-0.28, 0.28), (0.05, 1.0), (-0.3, 0.3), lin(*colour), 0.08)
+    faces += box((-0.31, 0.31), (1.0, 1.07), (-0.33, 0.33), lin(*colour), 0.08)
     return Body(Mesh(faces), origin, right, forward)
 
 
@@ -279,69 +268,32 @@ def bridge(
         for z0, z1 in ((0.0, depth / 2), (depth / 2, depth)):
             if abs(x0) <= half + 4:
                 under = np.array([[x0, clear, z0], [x1, clear, z0], [x1, clear, z1], [x0, clear, z1]])
-                normal = np.cross(under[1] - under[0], under[2] - under[0])
-                deck.append(Face(under if normal[1] < 0 else under[::-1].copy(), shade()))
+                deck.append(_face_towards((0, -1, 0), under, shade()))
         front = np.array([[x0, clear, 0], [x0, clear + tall, 0], [x1, clear + tall, 0], [x1, clear, 0]])
-        normal = np.cross(front[1] - front[0], front[2] - front[0])
-        deck.append(Face(front if normal[2] < 0 else front[::-1].copy(), shade()))
+        deck.append(_face_towards((0, 0, -1), front, shade()))
         streak = front.copy()
         streak[:, 2] -= 0.01
         streak[[1, 2], 1] = clear + 0.35
-        deck.append(Face(streak if normal[2] < 0 else streak[::-1].copy(), shade() * np.float32(0.66)))
+        deck.append(_face_towards((0, 0, -1), streak, shade() * np.float32(0.66)))
     for x in np.arange(-42.0, 42.0, 2.0):
-        deck += box(x, x + 0.05, clear + tall, clear + tall + 1.0, 0.1, 0.15, lin(120, 130, 134))
-    deck += box(-42, 42, clear + tall + 0.95, clear + tall + 1.02, 0.08, 0.16, lin(120, 130, 134))
+        deck += box((x, x + 0.05), (clear + tall, clear + tall + 1.0), (0.1, 0.15), lin(120, 130, 134))
+    deck += box((-42, 42), (clear + tall + 0.95, clear + tall + 1.02), (0.08, 0.16), lin(120, 130, 134))
     things.append(Body(Mesh(deck), origin, right, forward, large=True, sorting=np.array([0.0, 3.0, depth * 0.6])))
-    grass = mipmaps(
-        linear_picture(
-            np.dstack(
-                [
-                    np.clip(_textured(rng, 256, 1024, (92, 108, 50), 0.16), 0, 255).astype(np.uint8),
-                    np.full((256, 1024), 255, np.uint8),
-                ]
-            )
-        )
-    )
+    grass = mipmaps(opaque(np.clip(_textured(rng, 256, 1024, (92, 108, 50), 0.16), 0, 255).astype(np.uint8)))
     for side in (-1, 1):
         wall: list[Face] = []
+        x, high = side * half, clear + 0.2
         for z0 in np.arange(-1.0, depth + 1, 2.0):
-            panel = np.array(
-                [
-                    [side * half, 0, z0],
-                    [side * half, clear + 0.2, z0],
-                    [side * half, clear + 0.2, z0 + 2.0],
-                    [side * half, 0, z0 + 2.0],
-                ]
-            )
-            normal = np.cross(panel[1] - panel[0], panel[2] - panel[0])
-            wall.append(Face(panel if normal[0] * side < 0 else panel[::-1].copy(), shade()))
-        face = np.array(
-            [
-                [side * half, 0, -1.0],
-                [side * half, clear + 0.2, -1.0],
-                [side * (half + 2.5), clear + 0.2, -1.0],
-                [side * (half + 2.5), 0, -1.0],
-            ]
-        )
-        normal = np.cross(face[1] - face[0], face[2] - face[0])
-        wall.append(Face(face if normal[2] < 0 else face[::-1].copy(), shade()))
-        things.append(
-            Body(
-                Mesh(wall),
-                origin,
-                right,
-                forward,
-                large=True,
-                sorting=np.array([side * half, 2.0, depth * 0.55]),
-                shades=False,
-            )
-        )
+            panel = np.array([[x, 0, z0], [x, high, z0], [x, high, z0 + 2.0], [x, 0, z0 + 2.0]])
+            wall.append(_face_towards((-side, 0, 0), panel, shade()))
+        outer_x = side * (half + 2.5)
+        front = np.array([[x, 0, -1.0], [x, high, -1.0], [outer_x, high, -1.0], [outer_x, 0, -1.0]])
+        wall.append(_face_towards((0, 0, -1), front, shade()))
+        middle = np.array([x, 2.0, depth * 0.55])
+        things.append(Body(Mesh(wall), origin, right, forward, large=True, sorting=middle, shades=False))
         inner, outer = origin + right * side * (half + 2.0), origin + right * side * 60
         crest = UP * (clear + tall)
-        corners = np.stack(
-            [inner + crest + forward * 2, outer + crest + forward * 2, outer - forward * 9, inner - forward * 5]
-        )
-        if Plate(corners, []).normal[1] < 0:
-            corners = corners[[1, 0, 3, 2]]
-        things.append(Plate(corners, grass))
+        top = [inner + crest + forward * 2, outer + crest + forward * 2]
+        corners = np.stack([*top, outer - forward * 9, inner - forward * 5])
+        things.append(_plate_towards(UP, corners, grass))
     return things

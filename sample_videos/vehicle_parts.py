@@ -12,6 +12,8 @@ from sample_videos.meshes import Face, outward
 
 Array = NDArray[np.float64]
 GLASS, RUBBER, TRIM = lin(26, 32, 38), lin(20, 20, 21), lin(34, 34, 36)
+_WHEEL = ((1.12, lin(12, 12, 13), 0.0), (1.0, RUBBER, 0.012), (0.62, lin(120, 122, 126), 0.02), (0.2, TRIM, 0.03))
+"""Discs of a wheel: radius as a share of the tyre's, colour, and how far it stands out, metres."""
 
 
 def loft(stations: Array, colour: Linear, gloss: float, power: float) -> list[Face]:
@@ -26,17 +28,10 @@ def loft(stations: Array, colour: Linear, gloss: float, power: float) -> list[Fa
     rings = []
     for z, low, high, wide, narrow in stations:
         tall = high - low
-        ring = [
-            (-wide * 0.93, low),
-            (-wide, low + 0.25 * tall),
-            (-(wide * 0.5 + narrow * 0.5), high - power * tall),
-            (-narrow * 0.86, high),
-            (narrow * 0.86, high),
-            (wide * 0.5 + narrow * 0.5, high - power * tall),
-            (wide, low + 0.25 * tall),
-            (wide * 0.93, low),
-        ]
-        rings.append(np.array([(x, y, z) for x, y in ring]))
+        shoulder = wide * 0.5 + narrow * 0.5, high - power * tall
+        half = [(wide * 0.93, low), (wide, low + 0.25 * tall), shoulder, (narrow * 0.86, high)]
+        ring = [(-x, y, z) for x, y in half] + [(x, y, z) for x, y in reversed(half)]
+        rings.append(np.array(ring))
     middle = np.concatenate(rings).mean(0)
     faces: list[Face] = []
     for a, b in itertools.pairwise(rings):
@@ -47,11 +42,49 @@ def loft(stations: Array, colour: Linear, gloss: float, power: float) -> list[Fa
     return faces
 
 
-def panel(
-    points: list[tuple[float, float, float]], middle: Array, colour: Linear, gloss: float = 0.0, own: float = 0.0
+def panel(points: list[tuple[float, float, float]], middle: Array, colour: Linear, gloss: float = 0.0) -> Face:
+    """A flat face that faces away from ``middle``."""
+    return Face(outward(np.array(points, np.float64), middle), colour, gloss)
+
+
+def trapezium(
+    low: tuple[float, float, float],
+    high: tuple[float, float, float],
+    middle: Array,
+    colour: Linear,
+    gloss: float = 0.0,
 ) -> Face:
-    """A flat face that faces away from ``middle``; ``own`` is the radiance that it emits."""
-    return Face(outward(np.array(points, np.float64), middle), colour, gloss, own)
+    """A panel across the vehicle; ``low`` and ``high`` are half width, height and position ahead of two edges."""
+    (w0, y0, z0), (w1, y1, z1) = low, high
+    return panel([(-w0, y0, z0), (w0, y0, z0), (w1, y1, z1), (-w1, y1, z1)], middle, colour, gloss)
+
+
+def flank(
+    side: int,
+    low: tuple[float, float, float, float],
+    high: tuple[float, float, float, float],
+    middle: Array,
+    colour: Linear,
+    gloss: float,
+) -> Face:
+    """A panel along one side (-1 or 1).
+
+    Args:
+        side: -1 left, 1 right.
+        low: half width, height, rear end and front end of the lower edge.
+        high: the same of the upper edge.
+        middle: a point inside the vehicle.
+        colour: albedo.
+        gloss: mirror share.
+    """
+    (x0, y0, rear0, front0), (x1, y1, rear1, front1) = low, high
+    x0, x1 = side * x0, side * x1
+    return panel([(x0, y0, rear0), (x0, y0, front0), (x1, y1, front1), (x1, y1, rear1)], middle, colour, gloss)
+
+
+def number_plate(y: float, z: float, middle: Array) -> Face:
+    """A number plate whose lower edge lies at a height."""
+    return trapezium((0.26, y, z), (0.26, y + 0.11, z), middle, lin(222, 224, 220))
 
 
 def wheels(length: float, width: float, radius: float, axles: tuple[float, ...]) -> list[Face]:
@@ -61,12 +94,7 @@ def wheels(length: float, width: float, radius: float, axles: tuple[float, ...])
     for z in axles:
         for side in (-1.0, 1.0):
             middle = np.array([0.0, radius, z * length])
-            for r, colour, push in (
-                (1.12, lin(12, 12, 13), 0.0),
-                (1.0, RUBBER, 0.012),
-                (0.62, lin(120, 122, 126), 0.02),
-                (0.2, TRIM, 0.03),
-            ):
+            for r, colour, push in _WHEEL:
                 rim = np.full(14, side * (width / 2 + push))
                 points = np.stack(
                     [rim, radius + r * radius * np.sin(angle), z * length + r * radius * np.cos(angle)], axis=1
@@ -88,19 +116,12 @@ def lamps(half: float, y: float, z: float, front: bool, lit: bool, size: tuple[f
     end = 1 if front else -1
     inside = np.array([0.0, y, z - end])
     colour = lin(225, 228, 230) if front else lin(170, 14, 18)
-    own = (9.0 if front else 1.2) if lit else 0.0
+    gloss = 0.35
+    if lit and not front:
+        colour, gloss = lin(255, 40, 40), 0.2
     out = []
     for side in (-1, 1):
         x0, x1 = side * (half - size[0]), side * half
-        out.append(
-            panel(
-                [(x0, y, z), (x1, y, z), (x1, y + size[1], z), (x0, y + size[1], z)],
-                inside,
-                colour,
-                0.35,
-                own if front else 0.0,
-            )
-        )
-        if not front and lit:
-            out[-1] = Face(out[-1].points, lin(255, 40, 40), 0.2, 0.0)
+        points = np.array([(x0, y, z), (x1, y, z), (x1, y + size[1], z), (x0, y + size[1], z)])
+        out.append(Face(outward(points, inside), colour, gloss, 9.0 if front and lit else 0.0))
     return out

@@ -58,12 +58,6 @@ class Weather:
         a, e = np.radians(self.sun_azimuth), np.radians(self.sun_elevation)
         return np.array([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
 
-    def shade(self, normal: Array, lit: float = 1.0) -> Linear:
-        """Light on a surface with a normal; `lit` is the share of the sun that reaches it."""
-        direct = max(0.0, float(normal @ self.to_sun)) * lit
-        sky = 0.55 + 0.45 * float(normal[1])
-        return np.asarray(self.sun * direct + self.ambient * sky, np.float32)
-
     def haze(self, distance: float) -> float:
         """Share of an object's light that passes the air over a distance in metres."""
         return float(np.exp(-distance / self.visibility))
@@ -73,69 +67,25 @@ WEATHERS: dict[str, Weather] = {
     w.name: w
     for w in (
         Weather(
-            "day",
-            -128,
-            41,
-            _bgr(2.5, 2.3, 1.95),
-            _bgr(0.62, 0.74, 0.92),
-            _bgr(0.25, 0.52, 1.15),
-            _bgr(1.25, 1.45, 1.65),
-            _bgr(1.2, 1.1, 0.9),
-            2300,
-            0.48,
-            1 / 500,
-            1.6,
-            False,
-            0.20,
+            "day", sun_azimuth=-128, sun_elevation=41, visibility=2300, cover=0.48, shutter=1 / 500, noise=1.6,
+            lamps=False, key=0.20, sun=_bgr(2.5, 2.3, 1.95), ambient=_bgr(0.62, 0.74, 0.92),
+            zenith=_bgr(0.25, 0.52, 1.15), horizon=_bgr(1.25, 1.45, 1.65), glow=_bgr(1.2, 1.1, 0.9),
         ),
         Weather(
-            "low_sun",
-            9,
-            9,
-            _bgr(3.4, 2.35, 1.15),
-            _bgr(0.50, 0.52, 0.58),
-            _bgr(0.30, 0.48, 0.88),
-            _bgr(2.3, 1.75, 1.2),
-            _bgr(7.0, 4.2, 1.9),
-            900,
-            0.30,
-            1 / 250,
-            2.4,
-            False,
-            0.17,
+            "low_sun", sun_azimuth=9, sun_elevation=9, visibility=900, cover=0.30, shutter=1 / 250, noise=2.4,
+            lamps=False, key=0.17, sun=_bgr(3.4, 2.35, 1.15), ambient=_bgr(0.50, 0.52, 0.58),
+            zenith=_bgr(0.30, 0.48, 0.88), horizon=_bgr(2.3, 1.75, 1.2), glow=_bgr(7.0, 4.2, 1.9),
         ),
         Weather(
-            "overcast",
-            40,
-            50,
-            _bgr(0.25, 0.25, 0.25),
-            _bgr(1.15, 1.2, 1.25),
-            _bgr(1.2, 1.25, 1.32),
-            _bgr(1.45, 1.5, 1.55),
-            _bgr(0.3, 0.3, 0.3),
-            1100,
-            0.97,
-            1 / 200,
-            2.4,
-            False,
-            0.20,
+            "overcast", sun_azimuth=40, sun_elevation=50, visibility=1100, cover=0.97, shutter=1 / 200, noise=2.4,
+            lamps=False, key=0.20, sun=_bgr(0.25, 0.25, 0.25), ambient=_bgr(1.15, 1.2, 1.25),
+            zenith=_bgr(1.2, 1.25, 1.32), horizon=_bgr(1.45, 1.5, 1.55), glow=_bgr(0.3, 0.3, 0.3),
         ),
         Weather(
-            "dusk",
-            -62,
-            2,
-            _bgr(0.10, 0.06, 0.04),
-            _bgr(0.17, 0.20, 0.30),
-            _bgr(0.07, 0.11, 0.26),
-            _bgr(0.62, 0.42, 0.34),
-            _bgr(0.5, 0.25, 0.1),
-            1500,
-            0.45,
-            1 / 60,
-            4.6,
-            True,
-            0.06,
+            "dusk", sun_azimuth=-62, sun_elevation=2, visibility=1500, cover=0.45, shutter=1 / 60, noise=4.6,
+            lamps=True, key=0.06, sun=_bgr(0.10, 0.06, 0.04), ambient=_bgr(0.17, 0.20, 0.30),
+            zenith=_bgr(0.07, 0.11, 0.26), horizon=_bgr(0.62, 0.42, 0.34), glow=_bgr(0.5, 0.25, 0.1),
         ),
     )
-}
+}  # fmt: skip
 """The states of light and air by name."""

@@ -1,30 +1,19 @@
-"""Describes a kind of job to the queue. ``app.job_kinds`` lists all kinds; the queue imports none of them."""
+"""Describes a kind of job to the queue; :mod:`app.jobs.tasks` adds the work. ``app.job_kinds`` lists all kinds."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Generic, Protocol, TypeVar
 
 from sqlalchemy.orm import Session
 
 from app.events import EventBus
 from app.jobs.lanes import Lane
 from app.storage.models import Job
-from tsr_engine.json_shapes import JsonObject
 
-if TYPE_CHECKING:
-    from app.jobs.context import TaskContext
-    from app.settings import Settings
-    from app.storage.database import Database
-
-__all__ = ["JobKind", "JobKinds", "OnJobFailed", "OnJobNote", "Task"]
-
-Task = Callable[["TaskContext"], None]
-"""Does one job in a worker. It stores its result with :meth:`app.jobs.context.TaskContext.complete`; people see the
-sentence of a ``TsrError`` that it raises.
-"""
+__all__ = ["JobKind", "JobKinds", "OnJobFailed", "OnJobNote"]
 
 
 class OnJobFailed(Protocol):
@@ -62,32 +51,29 @@ def _clear_nothing(_home: Path, _subject: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class JobKind:
-    """One kind of job.
+    """What the queue and the supervisor know of one kind of job.
 
     Attributes:
         name: name with which jobs are submitted.
         lane: lane whose workers do it.
-        load: imports its function; the engine is large, and the server does not need it.
         on_failed: updates the subject of a job that fails, is cancelled or is queued again.
         clear: (data folder, subject) removes the files of a job that ended without success.
-        prepare: steps of at most a second that an idle worker does in advance, after ``load``.
-        expect: (settings, database, data) prepares for a job that a person may request soon.
         on_note: puts a note on the subject of a waiting or running job; None: its subjects have no notes.
         by_frame: a job's position is a frame of a video, so that messages can name the frame at which it died.
     """
 
     name: str
     lane: Lane
-    load: Callable[[], Task]
     on_failed: OnJobFailed
     clear: Callable[[Path, str], None] = _clear_nothing
-    prepare: tuple[Callable[[], object], ...] = ()
-    expect: Callable[[Settings, Database, JsonObject], None] | None = None
     on_note: OnJobNote | None = None
     by_frame: bool = False
 
 
-class JobKinds:
+Kind_co = TypeVar("Kind_co", bound=JobKind, covariant=True)
+
+
+class JobKinds(Generic[Kind_co]):
     """All kinds of jobs; those that people wait for most often come first.
 
     Args:
@@ -98,17 +84,17 @@ class JobKinds:
         ValueError: two kinds have one name.
     """
 
-    def __init__(self, kinds: Iterable[JobKind], worker: str) -> None:
+    def __init__(self, kinds: Iterable[Kind_co], worker: str) -> None:
         listed = tuple(kinds)
         self._kinds = {kind.name: kind for kind in listed}
         self.worker = worker
         if len(self._kinds) < len(listed):
             raise ValueError(f"Kinds of jobs must have different names. Got {[kind.name for kind in listed]}.")
 
-    def __iter__(self) -> Iterator[JobKind]:
+    def __iter__(self) -> Iterator[Kind_co]:
         return iter(self._kinds.values())
 
-    def get(self, name: str) -> JobKind | None:
+    def get(self, name: str) -> Kind_co | None:
         """Return the kind with that name; None: a newer version has submitted it."""
         return self._kinds.get(name)
 
@@ -124,11 +110,3 @@ class JobKinds:
         """The lane of a kind."""
         kind = self.get(name)
         return "long" if kind is None else kind.lane
-
-    def load_task(self, name: str) -> Task:
-        """Import the function for jobs of a kind.
-
-        Raises:
-            KeyError: no such kind.
-        """
-        return self._kinds[name].load()

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Final
 
 from app.jobs.kinds import JobKinds
+from app.jobs.tasks import TaskKind
 
 __all__ = ["STANDBY", "preparations"]
 
@@ -16,7 +17,7 @@ STANDBY: Final = "stay"
 """Third argument of a worker that does not end when it is idle."""
 
 
-def preparations(kinds: JobKinds) -> Iterator[Callable[[], object]]:
+def preparations(kinds: JobKinds[TaskKind]) -> Iterator[Callable[[], object]]:
     """Steps of at most a second, the most often awaited first; jobs may come between two of them."""
     for kind in kinds:
         if kind.lane == "short":

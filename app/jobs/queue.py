@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 
 from app.events import EventBus
 from app.jobs.exit_causes import ExitCause
-from app.jobs.kinds import JobKinds
+from app.jobs.kinds import JobKind, JobKinds
 from app.jobs.lanes import Lane
 from app.jobs.wakeup import ExpectedJob
 from app.storage.models import Job
@@ -51,7 +51,7 @@ class JobQueue:
         notify_standby: notifies the standby worker of a committed job, or of one that a person may request soon.
     """
 
-    def __init__(self, events: EventBus, kinds: JobKinds) -> None:
+    def __init__(self, events: EventBus, kinds: JobKinds[JobKind]) -> None:
         self.events = events
         self.kinds = kinds
         self.notify_standby: Callable[[ExpectedJob | None], None] = notify_nobody

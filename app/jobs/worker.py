@@ -31,6 +31,7 @@ from app.jobs.locks import JobLock, note_unstored_end
 from app.jobs.outcome import end_stopped_task, report_failure
 from app.jobs.preload import STANDBY, preparations
 from app.jobs.queue import Fenced, JobQueue
+from app.jobs.tasks import TaskKind
 from app.jobs.wakeup import ExpectedJob, WakeupListener
 from app.log_once import LogOnce
 from app.sandbox.confine import die_with_parent, restrict_process
@@ -38,7 +39,7 @@ from app.sandbox.limits import writable_folders
 from app.settings import Settings, load_settings
 from app.storage.database import Database, sqlite_file, storage_failure
 from app.storage.identity import lock_place, open_database
-from tsr_engine.errors import TsrError
+from tsr_engine.errors import InputError, TsrError
 from tsr_engine.extras import explained
 from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, storage_problem
 
@@ -89,7 +90,7 @@ class _Termination:
         return self.requested
 
 
-def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
+def main(kinds: JobKinds[TaskKind], arguments: Sequence[str]) -> int:
     """Work until idle or asked to leave; returns exit code 0 then.
 
     Args:
@@ -109,8 +110,7 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
     resource.setrlimit(resource.RLIMIT_AS, (limit, hard_limit))
     os.nice(10)
     database = open_database(settings)
-    events = EventBus()
-    jobs = JobQueue(events, kinds)
+    jobs = JobQueue(EventBus(), kinds)
 
     def expect(expected: ExpectedJob) -> None:
         kind = kinds.get(expected[0])
@@ -119,7 +119,7 @@ def main(kinds: JobKinds, arguments: Sequence[str]) -> int:
 
     waiting_ids = database.polled(lambda session: jobs.waiting_ids(session, lane))
     noting = partial(note_preparation, database, jobs, lane)
-    one_job = partial(do_next, settings, database, events, jobs, leaving, waiting_ids)
+    one_job = partial(do_next, settings, database, kinds, jobs, leaving, waiting_ids)
     work(one_job, expect, kinds, leaving, is_standby, noting)
     database.close()
     return 0
@@ -140,7 +140,7 @@ def _restrict_process(settings: Settings, lane: Lane) -> None:
 def work(
     one_job: Callable[[], bool],
     expect: Callable[[ExpectedJob], None],
-    kinds: JobKinds,
+    kinds: JobKinds[TaskKind],
     leaving: Callable[[], bool],
     is_standby: bool,
     noting: Callable[[], AbstractContextManager[None]] = nullcontext,
@@ -193,7 +193,7 @@ def run_preparation(step: Callable[[], object]) -> bool:
 def do_next(
     settings: Settings,
     database: Database,
-    events: EventBus,
+    kinds: JobKinds[TaskKind],
     jobs: JobQueue,
     leaving: Callable[[], bool],
     waiting_ids: Callable[[], Sequence[str]],
@@ -203,7 +203,7 @@ def do_next(
     Args:
         settings: of the server.
         database: with the queue.
-        events: for the pages.
+        kinds: the kinds of jobs.
         jobs: the queue.
         leaving: whether the process is asked to end.
         waiting_ids: returns the ids of the jobs that can be claimed, the next one first.
@@ -218,20 +218,24 @@ def do_next(
                 job = jobs.claim(session, job_id, lock_place(settings.home) or "")
             if job is not None:
                 with heartbeat(database, job):
-                    execute(TaskContext(settings, database, events, jobs, job, leaving))
+                    execute(TaskContext(settings, database, jobs.events, jobs, job, leaving), kinds)
                 return True
         finally:
             lock.release()
     return False
 
 
-def perform(task: TaskContext) -> None:
+def perform(task: TaskContext, kinds: JobKinds[TaskKind]) -> None:
     """Do a claimed job up to its end as done.
 
     Raises:
+        InputError: no such kind of job.
         Stopped, Fenced, TsrError, ...: it has another end; see :func:`execute`.
     """
-    function = task.jobs.kinds.load_task(task.job.kind)
+    kind = kinds.get(task.job.kind)
+    if kind is None:
+        raise InputError(f'This server cannot do jobs of the kind "{task.job.kind}". Update tsr, then start it again.')
+    function = kind.load()
     with note_compilation(task):
         function(task)
     if not task.completed:
@@ -239,12 +243,12 @@ def perform(task: TaskContext) -> None:
             pass  # the task had nothing to store at its end
 
 
-def execute(task: TaskContext) -> None:
+def execute(task: TaskContext, kinds: JobKinds[TaskKind]) -> None:
     """Do a claimed job, and store its end."""
     job = task.job
     try:
         with explained():
-            perform(task)
+            perform(task, kinds)
     except Fenced:
         _log.warning("Job %s now belongs to another process.", job.id)
     except Stopped:

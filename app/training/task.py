@@ -24,9 +24,9 @@ from app.videos.file_changes import confirm_content
 from tsr_engine.errors import InputError, ModelError
 from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.training.exports import OpenedExport, open_export
-from tsr_engine.training.retrain import PARTS, Recipe, retrain
-from tsr_engine.training.train_parts import train_parts
+from tsr_engine.training.corrections.exports import OpenedExport, open_export
+from tsr_engine.training.corrections.retrain import PARTS, Recipe, retrain
+from tsr_engine.training.public.train_parts import train_parts
 
 __all__ = ["retrain_models"]
 

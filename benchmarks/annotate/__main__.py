@@ -22,8 +22,8 @@ from benchmarks.annotate.sheets import cut, scene_rows
 from benchmarks.annotate.signs import SIGNS, compile_signs, save
 from benchmarks.reporting.contact_sheet import grid
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.records import Picture
-from tsr_engine.training.mining import read_picture
 
 SEED = 39
 CONTROLS = 70
@@ -46,7 +46,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     args.out.mkdir(parents=True, exist_ok=True)
     if args.what == "scenes":
         for first in range(0, len(scenes), 3):
-            rows = scene_rows([(s.path.stem, read_picture(s), s.boxes) for s in scenes[first : first + 3]])
+            rows = scene_rows([(s.path.stem, read_picture(s.path), s.boxes) for s in scenes[first : first + 3]])
             _write(args.out, args.what, first // 3, rows)
         return 0
     cells, side, columns = (_cutouts(scenes), 82, 15) if args.what == "cutouts" else (_again(scenes), 104, 12)
@@ -60,7 +60,7 @@ def _cutouts(scenes: Sequence[Scene]) -> Iterator[Cell]:
     detector = sensitive_detector()
     number = 0
     for scene in scenes:
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         for box in candidates_of(picture, scene.boxes, detector):
             yield str(number), cut(picture, box, 82, 0.35)
             number += 1
@@ -75,7 +75,7 @@ def _again(scenes: Sequence[Scene]) -> Iterator[Cell]:
     items = signs + [known[i] for i in chance.choice(len(known), CONTROLS, replace=False)]
     for number, place in enumerate(chance.permutation(len(items))):
         name, box = items[place]
-        yield str(number), cut(read_picture(by_name[name]), box, 104, 0.22)
+        yield str(number), cut(read_picture(by_name[name].path), box, 104, 0.22)
 
 
 def _write(folder: Path, name: str, number: int, page: object) -> None:

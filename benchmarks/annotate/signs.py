@@ -14,10 +14,10 @@ from benchmarks.annotate.answers import AnnotatedPlace, Control
 from benchmarks.annotate.fitting import fit_box
 from benchmarks.experiment import ROOT
 from tsr_engine.io.gtsdb import Scene
-from tsr_engine.labels.files import shipped_set
+from tsr_engine.io.pictures import read_picture
+from tsr_engine.labels.files import VIENNA, shipped_set
 from tsr_engine.labels.model import Label
-from tsr_engine.training.gtsdb_signs import LABEL_SET, Annotation, Annotations, Reason
-from tsr_engine.training.mining import read_picture
+from tsr_engine.training.public.gtsdb_signs import Annotation, Annotations, Reason
 
 SIGNS: Final = ROOT / "data" / "gtsdb_signs.json"
 LONGER, SHORTER = 14.0, 8.0
@@ -39,7 +39,7 @@ def compile_signs(seen: Sequence[AnnotatedPlace], controls: Sequence[Control], s
         KeyError: the scene of a place is missing.
         ValueError: an answer is neither one of ``WORDS`` nor a label of the set.
     """
-    labels = {label.key: label for label in shipped_set(LABEL_SET)}
+    labels = {label.key: label for label in shipped_set(VIENNA)}
     by_name = {scene.path.stem: scene for scene in scenes}
     found: list[Annotation] = []
     picture, name = None, ""
@@ -50,11 +50,11 @@ def compile_signs(seen: Sequence[AnnotatedPlace], controls: Sequence[Control], s
         box = np.array(place.box)
         if label is not None or place.answer == "other":
             if picture is None or name != place.scene:
-                picture, name = read_picture(by_name[place.scene]), place.scene
+                picture, name = read_picture(by_name[place.scene].path), place.scene
             disc = label is not None and (label.shape in _ROUND or label.key in _DISCS)
             box = fit_box(picture, box, round_sign=disc)
         found.append(_annotation(len(found) + 1, place, label, tuple(round(float(v), 1) for v in box)))
-    return Annotations(about=ABOUT, label_set=LABEL_SET, figures=figures(seen, controls), signs=tuple(found))
+    return Annotations(about=ABOUT, label_set=VIENNA, figures=figures(seen, controls), signs=tuple(found))
 
 
 _REASONS: Final[Mapping[str, Reason]] = {
@@ -70,7 +70,7 @@ def _annotation(number: int, place: AnnotatedPlace, label: Label | None, box: tu
     reason: Reason = ""
     if label is None:
         if place.answer not in _REASONS:
-            raise ValueError(f"Scene {place.scene}: {place.answer!r} is no label of {LABEL_SET} and no other answer.")
+            raise ValueError(f"Scene {place.scene}: {place.answer!r} is no label of {VIENNA} and no other answer.")
         reason = _REASONS[place.answer]
     elif max(x2 - x1, y2 - y1) < LONGER or min(x2 - x1, y2 - y1) < SHORTER:
         reason = "small"
@@ -95,7 +95,7 @@ def figures(seen: Sequence[AnnotatedPlace], controls: Sequence[Control]) -> dict
         ``gt.txt``.
     """
     words = ("none", "other", "unread", "vehicle", "board")
-    panels = {label.key for label in shipped_set(LABEL_SET) if label.category == "additional"}
+    panels = {label.key for label in shipped_set(VIENNA) if label.category == "additional"}
     named = [place for place in seen if place.answer not in (*words, *panels)]
     found = Counter((bool(place.cutouts), bool(place.scenes)) for place in named)
     by_cutouts = found[True, True] + found[True, False]

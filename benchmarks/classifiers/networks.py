@@ -12,13 +12,13 @@ from benchmarks.experiment import Data, Skip
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.io.models import Component
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
-from tsr_engine.training.classifier_augmentation import load_crop, plain_view
-from tsr_engine.training.classifier_figures import fit_temperature
-from tsr_engine.training.network_classifier import classifier_of, component_of
+from tsr_engine.training.public.classifier_figures import fit_temperature
+from tsr_engine.training.public.network_classifier import classifier_of, component_of
+from tsr_engine.training.synthetic.classifier_augmentation import load_crop, plain_view
 
 _NETWORK_CODE = (
-    "recognition/network.py", "training/network.py", "training/network_classifier.py", "training/network_crops.py",
-    "training/network_augmentation.py",
+    "recognition/network.py", "training/public/network.py", "training/public/network_classifier.py",
+    "training/public/network_crops.py", "training/synthetic/network_augmentation.py",
 )  # fmt: skip
 """Code that a network depends on; a change makes stored networks invalid."""
 
@@ -54,8 +54,8 @@ def _trained(items: Sequence[CropItem], seed: int) -> SignClassifier:
         raise Skip("no PyTorch to train a network with: pip install 'tsr[network]'.") from None
     if not torch.cuda.is_available():
         raise Skip("no GPU: a network takes minutes there and days here.")
-    from tsr_engine.training.network import NetworkPlan, fit_network
-    from tsr_engine.training.network_crops import bank_of
+    from tsr_engine.training.public.network import NetworkPlan, fit_network
+    from tsr_engine.training.public.network_crops import bank_of
 
     crops = [load_crop(item) for item in items]
     return classifier_of(*fit_network(bank_of(crops, seed), NetworkPlan(), seed, "cuda", lambda *_: None), crops)

@@ -12,11 +12,16 @@ from numpy.typing import NDArray
 from tsr_engine.io.gtsrb import CropItem, tracks_of
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.recognition.classifier import SignClassifier, softmax
-from tsr_engine.training.classifier import ClassifierSettings, fit_arrays
-from tsr_engine.training.classifier_augmentation import LoadedCrop, load_crop, plain_view
-from tsr_engine.training.classifier_figures import fit_temperature
-from tsr_engine.training.memory import crop_memory
-from tsr_engine.training.refine_classifier import ClassifierRefinement, SignCrop, refine_classifier, with_labels
+from tsr_engine.training.corrections.refine_classifier import (
+    ClassifierRefinement,
+    SignCrop,
+    refine_classifier,
+    with_labels,
+)
+from tsr_engine.training.public.classifier import ClassifierSettings, fit_arrays
+from tsr_engine.training.public.classifier_figures import fit_temperature
+from tsr_engine.training.public.memory import crop_memory
+from tsr_engine.training.synthetic.classifier_augmentation import LoadedCrop, load_crop, plain_view
 
 HIDDEN: Final = (4, 10, 12, 17, 18, 25, 35, 38)
 """Two of each family: red rings, signs of their own face, warnings, blue discs; each with 27 tracks or more."""

@@ -15,10 +15,10 @@ from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.evaluation.detection import match
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.augment import shade
-from tsr_engine.training.mining import read_picture
 from tsr_engine.training.progress import Progress
+from tsr_engine.training.synthetic.augment import shade
 
 MIN_WIDTH_PX: Final = 16.0
 """Least longer side of a counted sign, px."""
@@ -68,7 +68,7 @@ def by_version(detector: AcfDetector, scenes: Sequence[Scene], seed: int, tick: 
     out = {name: {"pictures": 0, "signs": 0, "candidates": 0, "found": 0, "nothing": 0} for name in VERSIONS}
     for number, scene in enumerate(scenes):
         tick("versions of scenes", number, len(scenes))
-        taken = read_picture(scene)
+        taken = read_picture(scene.path)
         for name, row in out.items():
             picture, truth = version(name, taken, scene, seed)
             ignored = scene.ignored * (picture.shape[1] / taken.shape[1], 1, picture.shape[1] / taken.shape[1], 1)

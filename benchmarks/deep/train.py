@@ -27,7 +27,7 @@ from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import Picture
-from tsr_engine.training.detector_components import split_scenes
+from tsr_engine.training.public.detector_components import split_scenes
 
 BATCH = 16
 SIGNS = 11

@@ -18,8 +18,8 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.fusion import FusionParams
 from tsr_engine.recognition.classifier import COMPONENT, SignClassifier
-from tsr_engine.training.classifier import ClassifierSettings, train_on_split
-from tsr_engine.training.classifier_augmentation import load_crop
+from tsr_engine.training.public.classifier import ClassifierSettings, train_on_split
+from tsr_engine.training.synthetic.classifier_augmentation import load_crop
 
 FRAME_COUNTS = (1, 2, 3, 5, 8, 12, 16, 20, 25, 30)
 DELTAS = (15, 18, 20, 22, 24, 26, 28, 30)

@@ -10,8 +10,8 @@ from benchmarks.experiment import Data, Experiment, Result
 from benchmarks.reporting.markdown import table
 from tsr_engine.evaluation.fusion import evaluate_fusion, track_votes
 from tsr_engine.params import Params
-from tsr_engine.training.classifier import load_all
-from tsr_engine.training.classifier_figures import held_out_figures
+from tsr_engine.training.public.classifier import load_all
+from tsr_engine.training.public.classifier_figures import held_out_figures
 
 FIGURES = ("accuracy", "accuracy_shaken_boxes", "negative_log_likelihood")
 

@@ -13,7 +13,7 @@ from tsr_engine.detection.prior import GRID, parzen
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.records import FloatArray
-from tsr_engine.training.detector_components import BANDWIDTH, split_scenes
+from tsr_engine.training.public.detector_components import BANDWIDTH, split_scenes
 
 
 def _run(data: Data) -> Result:

@@ -27,7 +27,7 @@ from tsr_engine.protocols import CropClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.recognition.fusion import Fusion
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.detector_components import split_scenes
+from tsr_engine.training.public.detector_components import split_scenes
 
 READERS: Final[tuple[Reader, ...]] = get_args(Reader)
 TIMED: Final = 300

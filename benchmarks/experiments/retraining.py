@@ -25,10 +25,10 @@ from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components
 from tsr_engine.track_table import TrackTable
-from tsr_engine.training.corrections import Sampling, corrected_scenes
-from tsr_engine.training.exports import OpenedExport
-from tsr_engine.training.holdout import evaluate_detection
-from tsr_engine.training.retrain import Recipe, retrain
+from tsr_engine.training.corrections.corrected_scenes import Sampling, corrected_scenes
+from tsr_engine.training.corrections.exports import OpenedExport
+from tsr_engine.training.corrections.holdout import evaluate_detection
+from tsr_engine.training.corrections.retrain import Recipe, retrain
 
 Pairs = Mapping[str, tuple[Path, TrackTable]]
 

@@ -13,7 +13,7 @@ from tsr_engine.io.models import Component
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.recognition.classifier import COMPONENT, GEOMETRY, SignClassifier
-from tsr_engine.training.classifier import ClassifierSettings
+from tsr_engine.training.public.classifier import ClassifierSettings
 
 BARS = {"5": 0.90, "20": 0.97}
 """Tracks of each new label -> the share of them that is to be read right."""

@@ -19,9 +19,14 @@ from tsr_engine.plural import plural
 from tsr_engine.recognition.classifier import COMPONENT, SignClassifier
 from tsr_engine.recognition.crops import cut
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.classifier_augmentation import LoadedCrop, surrounded_crop
-from tsr_engine.training.memory import COMPONENT as MEMORY
-from tsr_engine.training.refine_classifier import ClassifierRefinement, SignCrop, refine_classifier, with_labels
+from tsr_engine.training.corrections.refine_classifier import (
+    ClassifierRefinement,
+    SignCrop,
+    refine_classifier,
+    with_labels,
+)
+from tsr_engine.training.public.memory import COMPONENT as MEMORY
+from tsr_engine.training.synthetic.classifier_augmentation import LoadedCrop, surrounded_crop
 
 FOLDER: Final = "dfg_half"
 """Of the folders of pictures of other countries, the one whose places have codes of a catalogue."""

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.io.gtsdb import Scene
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.mining import read_picture
 
 COLOURS: Final[dict[str, frozenset[int]]] = {
     "red": frozenset((*range(6), *range(7, 12), *range(13, 32))),
@@ -87,7 +87,7 @@ def fit_colours(scenes: Sequence[Scene], rng: np.random.Generator) -> ColourMode
     for scene in scenes:
         if not len(scene.boxes):
             continue
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         y, x = (rng.integers(0, side, 3000) for side in picture.shape[:2])
         background.append(ohta(picture[y, x]))
         for box, class_id in zip(scene.boxes, scene.class_ids.tolist(), strict=True):

@@ -19,11 +19,12 @@ from benchmarks.systems.sign_patches import SignPatch, crop_patches, scene_patch
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
-from tsr_engine.training.mining import PictureChanges, read_picture, searched_picture
-from tsr_engine.training.patches import PATCH
+from tsr_engine.training.public.mining import PictureChanges, searched_picture
+from tsr_engine.training.public.patches import PATCH
 
 Progress = Callable[[str], None]
 _SILENT: Final = -100.0
@@ -216,7 +217,7 @@ def _log_odds(
     """``c0, c1`` of ``log-odds = c0 * value + c1``, fitted on scenes without training, and the proposals' recall."""
     results = []
     for scene in scenes:
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         found = propose(picture, colours, proposals, DetectorParams())
         values = svm.scores(describe_boxes(picture, found.maps, found.boxes))
         results.append((found.boxes, values, scene.boxes))

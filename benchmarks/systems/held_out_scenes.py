@@ -18,7 +18,7 @@ from tsr_engine.io.models import Component, load_component
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray
-from tsr_engine.training.detector_components import BANDWIDTH, split_scenes
+from tsr_engine.training.public.detector_components import BANDWIDTH, split_scenes
 
 ACF_IS = (
     "\n*ACF* is our offline detector as shipped: the paper's cascade on aggregated channel features, and our further "

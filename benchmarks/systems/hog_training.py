@@ -22,10 +22,11 @@ from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.mining import MIN_WIDTH, PictureChanges, away_from_signs, read_picture, searched_picture
+from tsr_engine.training.public.mining import MIN_WIDTH, PictureChanges, away_from_signs, searched_picture
 
 Progress = Callable[[str], None]
 _SIZE_SLACK: Final = 0.12
@@ -159,7 +160,7 @@ def _random_background(scenes: Sequence[Scene], per_scene: int, rng: np.random.G
     out = [np.zeros((0, FEATURES), np.uint8)]
     for i in rng.permutation(len(scenes))[: max(1, len(scenes) // 5)]:
         scene = scenes[i]
-        found = _levels(read_picture(scene))
+        found = _levels(read_picture(scene.path))
         sizes = [max(0, level.windows[0]) * max(0, level.windows[1]) for level in found]
         for level, size in zip(found, sizes, strict=True):
             if not size:
@@ -188,7 +189,7 @@ def _hard_background(scene: Scene, cascade: TreeEnsemble, plan: HogPlan, rng: np
 def windows_on_signs(scene: Scene) -> list[NDArray[np.uint8]]:
     """For each sign of a scene the windows of the scan on it, shape (n, FEATURES) each; n may be 0."""
     out: list[list[NDArray[np.uint8]]] = [[] for _ in scene.boxes]
-    picture = read_picture(scene)
+    picture = read_picture(scene.path)
     sides = np.sqrt((scene.boxes[:, 2] - scene.boxes[:, 0]) * (scene.boxes[:, 3] - scene.boxes[:, 1]))
     scales = scales_of(picture.shape[1], picture.shape[0], MIN_WIDTH)
     # A level takes far more time than its windows, so only levels with a sign of the window's size are made. Sides of
@@ -228,6 +229,6 @@ def _with_rejection(ensemble: TreeEnsemble, traces: list[list[NDArray[np.uint8]]
 
 def _results(cascade: TreeEnsemble, scene: Scene) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Boxes and scores of the survivors of a scene, and the boxes of its signs."""
-    found = search(read_picture(scene), cascade, DetectorParams())
+    found = search(read_picture(scene.path), cascade, DetectorParams())
     kept = suppress(found.boxes, found.scores, DetectorParams().final_overlap, 200)
     return found.boxes[kept], found.scores[kept], scene.boxes

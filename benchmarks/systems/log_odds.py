@@ -8,7 +8,7 @@ import numpy as np
 
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.records import FloatArray
-from tsr_engine.training.calibration import fit_calibration
+from tsr_engine.training.public.candidates import fit_calibration
 
 
 def fit_log_odds(scenes: Iterable[tuple[FloatArray, FloatArray, FloatArray]]) -> tuple[float, float]:

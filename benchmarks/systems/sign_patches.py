@@ -11,11 +11,11 @@ from tsr_engine.detection.patch import cut_patch
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem, tracks_of
 from tsr_engine.io.gtsrb import read_picture as read_crop
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.records import Picture
-from tsr_engine.training.augment import relight, soften
-from tsr_engine.training.crops import over_background
-from tsr_engine.training.mining import read_picture
-from tsr_engine.training.patches import PATCH, jitter
+from tsr_engine.training.public.crop_windows import over_background
+from tsr_engine.training.public.patches import PATCH, jitter
+from tsr_engine.training.synthetic.augment import relight, soften
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ def scene_patches(scenes: Sequence[Scene], count: int, sign: float, rng: np.rand
     for scene in scenes:
         if not len(scene.boxes):
             continue
-        picture = read_picture(scene)
+        picture = read_picture(scene.path)
         for box, class_id in zip(scene.boxes, scene.class_ids.tolist(), strict=True):
             for number in range(count):
                 patch = cut_patch(picture, jitter(box, rng, 0.045, 0.06), sign, PATCH)
@@ -62,7 +62,7 @@ def crop_patches(
         sign: side of the sign in the patch, px.
         rng: random generator.
     """
-    backgrounds = [read_picture(scenes[i]) for i in rng.permutation(len(scenes))[:12]]
+    backgrounds = [read_picture(scenes[i].path) for i in rng.permutation(len(scenes))[:12]]
     for _, items in sorted(tracks_of(crops).items()):
         for i in rng.choice(len(items), min(frames, len(items)), replace=False):
             item = items[i]

@@ -28,8 +28,8 @@ from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.gtsrb import read_items
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
-from tsr_engine.training.detector import DetectorPlan, fit_detector
-from tsr_engine.training.detector_components import (
+from tsr_engine.training.public.detector import DetectorPlan, fit_detector
+from tsr_engine.training.public.detector_components import (
     AS_ANNOTATED,
     calibrate_model,
     detect_scenes,
@@ -108,7 +108,7 @@ def figures(
         found += detect_scenes(calibrated, own, progress, params)
         for name, row in by_version(AcfDetector(calibrated, params=params), own, seed, progress).items():
             versions[name].update(row)
-    score = score_detections([(boxes, raw, truth) for boxes, raw, truth, _ in found])
+    score = score_detections(found)
     lost = round(score.signs * (1 - score.recall_at(ANY_SCORE)))
     return {**detection_figures(found), "lost": lost, "versions": versions}
 

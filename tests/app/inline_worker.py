@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from app.context import Context
+from app.job_kinds import KINDS
 from app.jobs.context import TaskContext
 from app.jobs.outcome import report_failure
 from app.jobs.worker import perform
@@ -26,7 +27,7 @@ def run_jobs(context: Context, *kinds: str) -> None:
                 continue
             task = TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: False)
             try:
-                perform(task)
+                perform(task, KINDS)
             except TsrError as error:
                 report_failure(task, str(error))
             break

@@ -1,7 +1,7 @@
 """The import graph of packages and page: ``python -m tests.architecture.import_graph --out docs/import-graph.md``.
 
-A node is a folder or module directly below a package, or a folder of ``static/js``. Imports inside functions count;
-those for type checkers alone do not.
+A node is a folder or module directly below a package, or a folder of ``static/js``. Imports inside
+functions and for type checkers count.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ Graph = Mapping[str, Set[str]]
 @cache
 def modules() -> Graph:
     """Every module of the packages, with the modules that it imports."""
-    graph = grimp.build_graph(*PACKAGES, "sample_videos", exclude_type_checking_imports=True, cache_dir=None)
+    graph = grimp.build_graph(*PACKAGES, "sample_videos", cache_dir=None)
     return {module: graph.find_modules_directly_imported_by(module) for module in sorted(graph.modules)}
 
 

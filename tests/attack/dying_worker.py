@@ -9,7 +9,8 @@ import time
 from pathlib import Path
 
 from app.jobs.context import Stopped, TaskContext
-from app.jobs.kinds import JobKind, JobKinds
+from app.jobs.kinds import JobKinds
+from app.jobs.tasks import TaskKind
 from app.jobs.worker import main
 
 
@@ -36,9 +37,9 @@ def leave(task: TaskContext) -> None:
 
 KINDS = JobKinds(
     (
-        JobKind("wait", "short", lambda: wait, lambda *_: None, by_frame=True),
-        JobKind("die", "short", lambda: die, lambda *_: None, by_frame=True),
-        JobKind("leave", "long", lambda: leave, lambda *_: None, by_frame=True),
+        TaskKind(name="wait", lane="short", load=lambda: wait, on_failed=lambda *_: None, by_frame=True),
+        TaskKind(name="die", lane="short", load=lambda: die, on_failed=lambda *_: None, by_frame=True),
+        TaskKind(name="leave", lane="long", load=lambda: leave, on_failed=lambda *_: None, by_frame=True),
     ),
     worker="dying_worker",
 )

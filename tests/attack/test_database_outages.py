@@ -15,8 +15,9 @@ from app.errors import Busy, StorageFull
 from app.events import EventBus
 from app.jobs import worker
 from app.jobs.context import TaskContext
-from app.jobs.kinds import JobKind, JobKinds
+from app.jobs.kinds import JobKinds
 from app.jobs.queue import JobQueue
+from app.jobs.tasks import TaskKind
 from app.settings import Settings
 from app.storage import database as storage
 from app.storage.database import Database, storage_failure
@@ -110,9 +111,8 @@ def test_outages_are_recognised_in_every_server_language(state: str, failure: ty
     assert isinstance(storage_failure(OperationalError("SELECT 1", {}, said)), failure)
 
 
-def claimed(database: Database, home: Path, work: object) -> TaskContext:
-    kind = JobKind("bake", "short", lambda: work, lambda *_: None)  # type: ignore[arg-type, return-value]
-    jobs = JobQueue(EventBus(), JobKinds([kind], worker="no.such.module"))
+def claimed(database: Database, home: Path, kinds: JobKinds[TaskKind]) -> TaskContext:
+    jobs = JobQueue(EventBus(), kinds)
     with database.write() as session:
         job = jobs.claim(session, jobs.submit(session, "bake", "s" * 32).id)
     assert job is not None
@@ -133,8 +133,10 @@ def test_a_job_that_loses_the_database_is_requeued(
         with task.write():
             pass
 
-    task = claimed(database, tmp_path, work)
-    thread = threading.Thread(target=worker.execute, args=(task,))
+    kind = TaskKind(name="bake", lane="short", load=lambda: work, on_failed=lambda *_: None)
+    kinds = JobKinds([kind], worker="no.such.module")
+    task = claimed(database, tmp_path, kinds)
+    thread = threading.Thread(target=worker.execute, args=(task, kinds))
     thread.start()
     own_cluster.stop()
     stopped.set()

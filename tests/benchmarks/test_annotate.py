@@ -17,7 +17,7 @@ from benchmarks.annotate.signs import LONGER, SHORTER, SIGNS, compile_signs, fig
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.labels.files import shipped_set
-from tsr_engine.training.gtsdb_signs import Annotations, read_signs
+from tsr_engine.training.public.gtsdb_signs import Annotations, read_signs
 
 WIDTH, HEIGHT, SCENES = 1360, 800, 600
 

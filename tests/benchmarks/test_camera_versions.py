@@ -11,9 +11,9 @@ from benchmarks.corruptions.cameras import VERSIONS, by_version, version
 from tests.training.toy_scenes import write_gtsdb
 from tsr_engine.detection.acf import AcfDetector
 from tsr_engine.io.gtsdb import Scene, read_gtsdb
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_detector
-from tsr_engine.training.mining import read_picture
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 @pytest.mark.parametrize("name", VERSIONS)
 def test_a_version_is_reproducible_and_keeps_the_signs(name: str, scene: Scene) -> None:
-    taken = read_picture(scene)
+    taken = read_picture(scene.path)
     seen, boxes = version(name, taken, scene, 0)
     again, _ = version(name, taken, scene, 0)
     np.testing.assert_array_equal(seen, again)

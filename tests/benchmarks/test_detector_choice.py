@@ -14,8 +14,8 @@ from benchmarks.tuning.detector import main, parts, plan_with
 from tests.training.toy_scenes import write_gtsdb
 from tsr_engine.errors import UsageError
 from tsr_engine.io.gtsdb import read_gtsdb
-from tsr_engine.training.detector import DetectorPlan
-from tsr_engine.training.detector_components import split_scenes
+from tsr_engine.training.public.detector import DetectorPlan
+from tsr_engine.training.public.detector_components import split_scenes
 
 SMALL = (
     "rounds=[24, 48]", "mining_share=[1.0]", "feature_share=0.25", "jittered=8", "per_scene=30",

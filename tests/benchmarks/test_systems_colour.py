@@ -15,9 +15,9 @@ from benchmarks.systems.proposals import ProposalPlan, propose
 from tests.benchmarks.drawn_scenes import drawn_scenes
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import CLASSES, Scene
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import OfflineDetector
-from tsr_engine.training.mining import read_picture
 
 ANYWHERE = DetectorParams(keep_score=-20.0, far_top=0.0, far_bottom=1.0)
 
@@ -54,7 +54,7 @@ def test_signs_are_proposed(tmp_path: Path) -> None:
     scenes = drawn_scenes(tmp_path, 4)
     model = fit_colours(scenes, np.random.default_rng(0))
     for scene in scenes:
-        found = propose(read_picture(scene), model, ProposalPlan(), ANYWHERE)
+        found = propose(read_picture(scene.path), model, ProposalPlan(), ANYWHERE)
         assert (iou(scene.boxes, found.boxes).max(axis=1) >= 0.6).all()
 
 
@@ -83,5 +83,5 @@ def test_a_trained_system_finds_signs_it_has_not_seen(tmp_path: Path) -> None:
     again = ColourMser.from_arrays(*model.to_arrays())
     detector = ColourMserDetector(again, ANYWHERE)
     assert isinstance(detector, OfflineDetector)
-    found = detector.detect(read_picture(scenes[8]))
+    found = detector.detect(read_picture(scenes[8].path))
     assert (iou(found.boxes[:5], scenes[8].boxes).max(axis=0) >= 0.5).all()

@@ -16,10 +16,11 @@ from benchmarks.systems.hog_training import HogPlan, train_hog_cascade
 from tests.benchmarks.drawn_scenes import SIZE, drawn_scenes
 from tsr_engine.detection.trees import NEVER, TreeEnsemble
 from tsr_engine.geometry.boxes import iou
+from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.records import FloatArray, Picture
-from tsr_engine.training.mining import MIN_WIDTH, read_picture
+from tsr_engine.training.public.mining import MIN_WIDTH
 
 
 def _ensemble(trees: int, seed: int = 0) -> TreeEnsemble:
@@ -127,6 +128,6 @@ def test_a_trained_cascade_finds_a_sign_it_has_not_seen(tmp_path) -> None:  # ty
     again = HogCascade.from_arrays(*model.to_arrays())
     detector = HogCascadeDetector(again, DetectorParams(keep_score=-20.0, far_top=0.0, far_bottom=1.0))
     assert isinstance(detector, OfflineDetector)
-    found = detector.detect(read_picture(scenes[8]))
+    found = detector.detect(read_picture(scenes[8].path))
     assert (np.diff(found.scores) <= 0).all()
     assert (iou(found.boxes[:6], scenes[8].boxes).max(axis=0) >= 0.5).sum() >= 2  # of three

@@ -13,7 +13,7 @@ from benchmarks.classifiers.teaching_labels import FRAMES, HIDDEN, base_classifi
 from benchmarks.experiment import Result
 from benchmarks.experiments.teaching import EXPERIMENT
 from tsr_engine.io.gtsrb import CropItem
-from tsr_engine.training.classifier import ClassifierSettings
+from tsr_engine.training.public.classifier import ClassifierSettings
 
 
 @pytest.fixture

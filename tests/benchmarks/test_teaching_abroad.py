@@ -15,7 +15,7 @@ from benchmarks.experiments.teaching_abroad import EXPERIMENT, SignView, leave_o
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.pipeline import load_reader
 from tsr_engine.recognition.classifier import SignClassifier
-from tsr_engine.training.classifier_augmentation import LoadedCrop
+from tsr_engine.training.synthetic.classifier_augmentation import LoadedCrop
 
 
 def test_codes_map_to_known_or_new_labels() -> None:

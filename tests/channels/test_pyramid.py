@@ -11,7 +11,7 @@ from tsr_engine.channels.pyramid import PyramidPlan, build_pyramid, level_scales
 from tsr_engine.channels.scratch import Scratch
 from tsr_engine.channels.smooth import smooth
 from tsr_engine.detection.window import Window
-from tsr_engine.training.power_law import measure_lambdas
+from tsr_engine.training.public.power_law import measure_lambdas
 
 
 def natural(seed: int, height: int, width: int) -> np.ndarray:

@@ -7,7 +7,7 @@ from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.refine.sign_verifier import SignVerifier
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.crops import cut
-from tsr_engine.training.classifier_network import Network, NetworkSettings
+from tsr_engine.training.public.classifier_network import Network, NetworkSettings
 
 
 def make_verifier(*, common: bool) -> SignVerifier:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import time
@@ -56,11 +57,17 @@ MAX_WAIT_S = 60
 """The longest wait on a slow machine, s; a condition that holds sooner ends the wait."""
 SLOWDOWN = float(os.environ.get("TSR_SLOWDOWN") or 1)
 """How many times slower pages compute than they could; see ``slowdown`` in conftest."""
-STATE = """() => { const r = window.tsr.store.get().review;
-  return r && {frame: r.frame, shown: r.shown, selected: r.selected, docs: r.docs, unsaved: r.unsaved.length,
-    undo: r.undo, redo: r.redo, viewport: r.viewport, mode: r.mode, marked: r.marked,
+STATE = """(known) => { const r = window.tsr.store.get().review;
+  if (known && r === window.polled) return null;
+  window.polled = r;
+  return r && JSON.stringify({frame: r.frame, shown: r.shown, selected: r.selected, docs: r.docs,
+    unsaved: r.unsaved.length, undo: r.undo, redo: r.redo, viewport: r.viewport, mode: r.mode, marked: r.marked,
     run: r.run && r.run.id, second: r.second, drag: r.drag,
-    tracks: r.tracks, overlay: r.overlays[r.frame] || null}; }"""
+    tracks: r.tracks, overlay: r.overlays[r.frame] || null}); }"""
+"""The review's state as JSON, which Playwright passes on much faster than objects.
+
+Null without a review, or if the last call has returned the state and ``known`` is true: states are never changed.
+"""
 NAVIGATE = """(hash) => new Promise((done) => {
   const drawn = () => requestAnimationFrame(() => requestAnimationFrame(() => done()));
   if (location.hash === hash) return drawn();
@@ -213,7 +220,7 @@ def wait_until_no_dialog(page: Page) -> None:
 
 def state(page: Page) -> dict[str, Any]:
     """The review's state in the page."""
-    found: dict[str, Any] = page.evaluate(STATE)
+    found: dict[str, Any] = json.loads(page.evaluate(STATE, False))
     return found
 
 
@@ -222,7 +229,8 @@ def wait_for(page: Page, holds: Callable[[dict[str, Any]], bool], seconds: float
     end = time.monotonic() + seconds
     now = None
     while time.monotonic() < end:
-        now = page.evaluate(STATE)
+        if (text := page.evaluate(STATE, now is not None)) is not None:
+            now = json.loads(text)
         if now is not None and holds(now):
             return dict(now)
         page.wait_for_timeout(40)

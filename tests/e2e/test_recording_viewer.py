@@ -71,7 +71,7 @@ def server(home: ToyHome) -> Iterator[LiveServer]:
 @pytest.fixture
 def page(server: LiveServer, home: ToyHome) -> Iterator[Page]:
     with open_browser([*FLAGS, *GRAPHICS]) as browser:
-        shown = browser.new_page(viewport={"width": 480, "height": 400})
+        shown = browser.new_page(viewport={"width": 320, "height": 240})
         shown.goto(server.link())
         shown.goto(f"{server.base}/#/review/{home.video_id}/{home.run_id}?frame=20")
         wait_for(shown, "() => tsr.store.get().review?.run?.frames_done === 75 && tsr.store.get().review.timebase")

@@ -51,7 +51,7 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> ToyHome:
 @pytest.fixture(scope="module")
 def server(toy: ToyHome) -> Iterator[LiveServer]:
     (toy.settings.home / "token").write_text("t" * 24)
-    with ForkedServer(toy.settings.home, roots=(toy.video.parent,)) as running:
+    with ForkedServer(toy.settings.home, roots=(toy.video.parent,), sample=False) as running:
         yield running
 
 

@@ -18,7 +18,7 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline import load_components, load_reader, make_reader
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.mixture import Mixture, pool_probabilities
-from tsr_engine.training.refine_classifier import with_labels
+from tsr_engine.training.corrections.refine_classifier import with_labels
 
 ALL = tuple(range(43))
 

@@ -14,7 +14,6 @@ from sample_videos import SCENARIOS
 from sample_videos.camera import look
 from sample_videos.drive import Drive
 from sample_videos.generate import generate
-from sample_videos.ground_truth import read_csv
 from sample_videos.linear_canvas import LinearCanvas
 from sample_videos.pole_plan import plan_poles
 from sample_videos.render import Renderer
@@ -23,6 +22,7 @@ from sample_videos.scene_objects import View
 from sample_videos.scenery import build
 from sample_videos.sign_posts import build_sign_post
 from sample_videos.weather import WEATHERS
+from tests.sample_videos.truth_rows import read_rows
 from tsr_engine.pictograms.gtsrb import nominal_width, outline
 
 SIZE = (320, 180)
@@ -174,7 +174,7 @@ def test_same_seed_same_bytes(tmp_path: pathlib.Path) -> None:
     facts = json.loads(first.facts.read_text())
     assert facts["frames"] == 4
     assert facts["seed"] == 3
-    assert {r.frame for r in read_csv(first.truth)} <= {0, 1, 2, 3}
+    assert {r.frame for r in read_rows(first.truth)} <= {0, 1, 2, 3}
 
 
 @pytest.mark.parametrize(

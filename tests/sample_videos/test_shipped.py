@@ -9,8 +9,9 @@ import av
 import pytest
 
 from sample_videos import SHIPPED
-from sample_videos.ground_truth import MIN_FACE_PX, read_csv
+from sample_videos.ground_truth import MIN_FACE_PX
 from sample_videos.shipped import ShippedClip
+from tests.sample_videos.truth_rows import read_rows
 from tsr_engine.pictograms.gtsrb import N_CLASSES
 
 
@@ -29,7 +30,7 @@ def test_ground_truth_matches_the_video(clip: ShippedClip) -> None:
         assert float(stream.average_rate) == facts["fps"]
         count = sum(1 for packet in container.demux(stream) if packet.size)
     assert (size, count) == ((facts["width"], facts["height"]), facts["frames"])
-    rows = read_csv(clip.truth)
+    rows = read_rows(clip.truth)
     assert max(r.frame for r in rows) < count
     assert len({(r.frame, r.track_id) for r in rows}) == len(rows)
     for r in rows:
@@ -42,7 +43,7 @@ def test_ground_truth_matches_the_video(clip: ShippedClip) -> None:
 
 @pytest.mark.parametrize("clip", SHIPPED, ids=lambda clip: clip.video.stem)
 def test_signs_loom_and_leave(clip: ShippedClip) -> None:
-    rows = sorted(read_csv(clip.truth), key=lambda r: (r.track_id, r.frame))
+    rows = sorted(read_rows(clip.truth), key=lambda r: (r.track_id, r.frame))
     grown, classes = 0, set()
     for _, run in groupby(rows, key=lambda r: r.track_id):
         track = list(run)

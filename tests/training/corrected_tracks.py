@@ -13,7 +13,7 @@ from tests.training.toy_scenes import backdrop, draw_sign
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.video_writer import VideoWriter
-from tsr_engine.training.corrections import CorrectedScene
+from tsr_engine.training.corrections.corrected_scenes import CorrectedScene
 
 
 def make_track(

@@ -1,11 +1,11 @@
 """The fast feature pyramid: channels computed at few scales, approximated between them.
 
 A channel resampled from scale ``s_r`` to ``s`` keeps its statistics when it is multiplied by ``(s / s_r) ** -lambda``
-(Dollar et al. 2014, section 4). ``lambda`` is about 0 for colour and measured for gradients
-(:func:`tsr_engine.training.power_law.measure_lambdas`). Approximated levels come from the nearest computed one, on a
-logarithmic axis. Two differences from the toolbox save most of the work and are part of the trained detector. Channels
-are smoothed once, before the approximation. The power law's factor does not multiply millions of cells; the scan
-divides the trees' thresholds by ``Level.gains`` instead.
+(Dollar et al. 2014, section 4). ``lambda`` is about 0 for colour and measured for gradients (``measure_lambdas`` in
+:mod:`tsr_engine.training.public.power_law`). Approximated levels come from the nearest computed one, on a logarithmic
+axis. Two differences from the toolbox save most of the work and are part of the trained detector. Channels are smoothed
+once, before the approximation. The power law's factor does not multiply millions of cells; the scan divides the trees'
+thresholds by ``Level.gains`` instead.
 
 Pictures are halved (2 x 2 means) or resampled bilinearly by less than a factor of two. Each computed level below the
 first octave is half as large as the level an octave above.

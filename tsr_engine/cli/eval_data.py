@@ -20,7 +20,7 @@ __all__ = ["check_output_folder", "held_out_scenes", "select_crops", "track_with
 def held_out_scenes(scenes: list[Scene], models: Path | None) -> list[Scene]:
     """The scenes that training held out for figures."""
     from tsr_engine.io.models import load_component
-    from tsr_engine.training.detector_components import split_scenes
+    from tsr_engine.training.public.detector_components import split_scenes
 
     component = load_component("detector", models)
     trained = dict(component.data.get("scenes", {})).get("scenes")

@@ -18,7 +18,7 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
-    from tsr_engine.training.retrain import Report
+    from tsr_engine.training.report import Report
 
 __all__ = ["TRAINED_PARTS", "app"]
 
@@ -258,8 +258,8 @@ def _train_from_scratch(
             raise UsageError(f"Training {', '.join(parts)} needs {option} DIR. Name the unpacked data folder.")
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.models import component_path, save_component
-    from tsr_engine.training.network_classifier import train_network
-    from tsr_engine.training.train_parts import train_component
+    from tsr_engine.training.public.network_classifier import train_network
+    from tsr_engine.training.public.train_parts import train_component
 
     figures: JsonObject = {}
     for part in parts:
@@ -296,8 +296,8 @@ def _refine(
         raise UsageError("--out names the folder of --from. A version is never overwritten: name another folder.")
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.video_probe import video_sha256
-    from tsr_engine.training.exports import open_export
-    from tsr_engine.training.retrain import Recipe, retrain
+    from tsr_engine.training.corrections.exports import open_export
+    from tsr_engine.training.corrections.retrain import Recipe, retrain
 
     for video in videos:
         if not video.is_file():

@@ -17,10 +17,12 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import MAX_LABELS, SCHEMA, LabelSet
 from tsr_engine.labels.name_matching import first_problem
 
-__all__ = ["DEFAULT", "SHIPPED", "dump_set", "load_set", "parse_set", "save_set", "shipped_set"]
+__all__ = ["DEFAULT", "SHIPPED", "VIENNA", "dump_set", "load_set", "parse_set", "save_set", "shipped_set"]
 
 DEFAULT: Final = "gtsrb-43"
 """Key of the set of a new library."""
+VIENNA: Final = "vienna"
+"""Key of the set of all signs of the Vienna Convention."""
 _MAX_BYTES: Final = 64 << 20
 _SETS = resources.files("tsr_engine.labels") / "sets"
 SHIPPED: Final = tuple(

@@ -10,7 +10,7 @@ import csv
 from importlib import resources
 from pathlib import Path
 
-from tsr_engine.labels.files import save_set, shipped_set
+from tsr_engine.labels.files import VIENNA, save_set, shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
 __all__ = ["SETS", "TARGET", "make_vienna"]
@@ -41,7 +41,7 @@ def make_vienna() -> LabelSet:
             asked = (TEMPORARY,) if label.category in MAY_BE_TEMPORARY else ()
             labels.append(label.model_copy(update={"attributes": asked}))
     return LabelSet(
-        key="vienna",
+        key=VIENNA,
         name="Vienna Convention on Road Signs and Signals, annex 1",
         next_id=len(labels),
         labels=tuple(labels),

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Points = NDArray[np.float64]
+from tsr_engine.pictograms.paths import Points, path
+
 Colour = tuple[int, int, int]
 
 _SHIFT = 6
@@ -87,6 +88,11 @@ def thick(points: Points, width: float) -> list[Points]:
     return polygons
 
 
+def as_points(points: Points | str) -> Points:
+    """Points as they are, or those of the text of a `path`; (n, 2)."""
+    return path(points) if isinstance(points, str) else np.asarray(points, np.float64)
+
+
 class Canvas:
     """A drawing over [-1, 1] x [-1, 1] (y down): polygons in the order in which they are painted.
 
@@ -101,13 +107,13 @@ class Canvas:
         """Make the inside of a polygon opaque: the silhouette."""
         self._outlines.append(np.asarray(points, np.float64))
 
-    def fill(self, points: Points, colour: Colour) -> None:
-        """Fill a polygon with an sRGB colour (r, g, b)."""
-        self._fills.append((np.asarray(points, np.float64), colour))
+    def fill(self, points: Points | str, colour: Colour) -> None:
+        """Fill a polygon, (n, 2) points or the text of a `path`, with an sRGB colour (r, g, b)."""
+        self._fills.append((as_points(points), colour))
 
-    def stroke(self, points: Points, width: float, colour: Colour, *, caps: bool = False) -> None:
-        """Draw a polyline of a given width; with `caps` its ends are round."""
-        points = np.asarray(points, np.float64)
+    def stroke(self, points: Points | str, width: float, colour: Colour, *, caps: bool = False) -> None:
+        """Draw a polyline, points or the text of a `path`, of a given width; with `caps` its ends are round."""
+        points = as_points(points)
         for polygon in thick(points, width):
             self.fill(polygon, colour)
         if caps:
@@ -138,6 +144,10 @@ class Canvas:
             A canvas to draw on; its silhouette is ignored.
         """
         return _Placed(self, scale, (dx, dy), mirror, turn, colours or {})
+
+    def halves(self) -> tuple[Canvas, Canvas]:
+        """This canvas mirrored left to right, and as it is: for symmetrical drawings."""
+        return self.placed(1, mirror=True), self.placed(1)
 
     def disc(self, x: float, y: float, radius: float, colour: Colour) -> None:
         """Fill a disc."""
@@ -207,8 +217,8 @@ class _Placed(Canvas):
         self._scale = np.array([-scale if mirror else scale, scale])
         self._turn = turn
 
-    def fill(self, points: Points, colour: Colour) -> None:
-        scaled = np.asarray(points, np.float64) * self._scale
+    def fill(self, points: Points | str, colour: Colour) -> None:
+        scaled = as_points(points) * self._scale
         self._onto.fill(turned(scaled, self._turn) + self._origin, self._colours.get(colour, colour))
 
 

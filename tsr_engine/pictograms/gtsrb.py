@@ -8,10 +8,12 @@ from functools import partial
 import numpy as np
 
 from tsr_engine.pictograms import figures as pic
-from tsr_engine.pictograms.canvas import Canvas, Colour, Points, regular, rounded
+from tsr_engine.pictograms.canvas import Canvas, regular, rounded
 from tsr_engine.pictograms.glyphs import write
-from tsr_engine.pictograms.palette import BLACK, BLUE, GREY, RED, WHITE, YELLOW
-from tsr_engine.pictograms.plates import end_bars, end_ring, red_ring, round_face, triangle, warning_face
+from tsr_engine.pictograms.palette import BLACK, GREY, RED, WHITE, YELLOW
+from tsr_engine.pictograms.paths import Points
+from tsr_engine.pictograms.plates import blue_disc, end_bars, end_ring, red_ring, round_face, triangle, warning_face
+from tsr_engine.pictograms.symbols import figure
 
 N_CLASSES = 43
 """Number of classes of GTSRB."""
@@ -78,11 +80,6 @@ def nominal_width(class_id: int) -> float:
     return 0.84 if class_id == 12 else 0.75 if class_id in (7, 8) else 0.6
 
 
-def _limit(canvas: Canvas, text: str, colour: Colour = BLACK) -> None:
-    three = len(text) == 3
-    write(canvas, text, 0.66 if three else 0.76, 0, 0.01, colour, 0.8 if three else 1.0)
-
-
 def _special(canvas: Canvas, class_id: int) -> None:
     """Draw the signs that belong to no series."""
     if class_id in (9, 10):
@@ -111,7 +108,7 @@ def _special(canvas: Canvas, class_id: int) -> None:
     elif class_id == 17:
         canvas.disc(0, 0, 1.1, WHITE)
         canvas.disc(0, 0, 0.955, RED)
-        canvas.fill(pic.xy(-0.76, -0.17, 0.76, -0.17, 0.76, 0.17, -0.76, 0.17), WHITE)
+        canvas.fill("-76 -17 76 -17 76 17 -76 17", WHITE)
     elif class_id == 12:
         for radius, corner, colour in (
             (1.1, 0.08, BLACK),
@@ -146,13 +143,12 @@ def drawing(class_id: int) -> Canvas:
     canvas = Canvas()
     if class_id in _LIMITS:
         red_ring(canvas)
-        _limit(canvas, _LIMITS[class_id])
+        figure(_LIMITS[class_id])(canvas)
     elif class_id in _WARNINGS:
         warning_face(canvas)
         _WARNINGS[class_id](canvas)
     elif class_id in _MANDATORY:
-        canvas.disc(0, 0, 1.1, WHITE)
-        canvas.disc(0, 0, 0.955, BLUE)
+        blue_disc(canvas)
         _MANDATORY[class_id](canvas)
     else:
         _special(canvas, class_id)

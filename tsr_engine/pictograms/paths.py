@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tsr_engine.pictograms.canvas import Points
+Points = NDArray[np.float64]
 
 _TOKEN = re.compile(r"[LQ]|-?\d+(?:\.\d+)?")
 _STEPS = 10

@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from tsr_engine.pictograms.canvas import Canvas, Colour, Points, arc, regular, rounded
+from tsr_engine.pictograms.canvas import Canvas, Colour, arc, regular, rounded
 from tsr_engine.pictograms.palette import BLACK, BLUE, GREY, PALE, RED, WHITE
+from tsr_engine.pictograms.paths import Points
 
 Symbol = Callable[[Canvas], None]
 """Draws what a sign shows, on a canvas whose unit is about half the symbol's width."""
@@ -48,6 +49,12 @@ def red_ring(canvas: Canvas) -> None:
     canvas.disc(0, 0, 1.1, WHITE)
     canvas.disc(0, 0, 0.955, RED)
     canvas.disc(0, 0, 0.735, WHITE)
+
+
+def blue_disc(canvas: Canvas) -> None:
+    """The face of a command: blue with a white rim."""
+    canvas.disc(0, 0, 1.1, WHITE)
+    canvas.disc(0, 0, 0.955, BLUE)
 
 
 def end_ring(canvas: Canvas) -> None:
@@ -128,8 +135,7 @@ def mandatory(
     The symbol is drawn in black on white; its colours are exchanged here.
     """
     canvas = Canvas()
-    canvas.disc(0, 0, 1.1, WHITE)
-    canvas.disc(0, 0, 0.955, BLUE)
+    blue_disc(canvas)
     symbol(canvas.placed(scale, dx, dy, colours=ON_BLUE, mirror=mirror))
     if ended:
         reach = 0.955 / math.sqrt(2)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from tsr_engine.pictograms.canvas import Canvas, Colour
 from tsr_engine.pictograms.glyphs import text_width, write
 from tsr_engine.pictograms.palette import BLACK, BLUE, RED, WHITE
-from tsr_engine.pictograms.paths import path
-from tsr_engine.pictograms.plates import Symbol
+from tsr_engine.pictograms.plates import ON_BLUE, Symbol
 
 
 def words(text: str, height: float, x: float = 0.0, y: float = 0.0, squeeze: float = 1.0) -> Symbol:
@@ -59,7 +58,7 @@ def disc(symbol: Symbol) -> Symbol:
 
     def small(canvas: Canvas) -> None:
         canvas.disc(0, 0, 1, BLUE)
-        symbol(canvas.placed(0.66, colours={BLACK: WHITE, WHITE: BLUE}))
+        symbol(canvas.placed(0.66, colours=ON_BLUE))
 
     return small
 
@@ -72,9 +71,20 @@ def stopping(bars: int, inscription: str = "") -> Symbol:
         canvas.disc(0, 0, 0.79, BLUE)
         if inscription:
             write(canvas, inscription, 0.86, 0, 0, WHITE)
-        canvas.stroke(path("-62 -62 62 62"), 0.19, RED)
+        canvas.stroke("-62 -62 62 62", 0.19, RED)
         if bars == 2:
-            canvas.stroke(path("-62 62 62 -62"), 0.19, RED)
+            canvas.stroke("-62 62 62 -62", 0.19, RED)
+
+    return symbol
+
+
+def countdown(bars: int, colour: Colour) -> Symbol:
+    """Slanting bars above each other: one for each third of the way to what a board announces."""
+
+    def symbol(canvas: Canvas) -> None:
+        for k in range(bars):
+            y = 27 * (bars - 1) - 54 * k - 13
+            canvas.fill(f"-37 {y + 16} 37 {y - 16} 37 {y + 10} -37 {y + 42}", colour)
 
     return symbol
 
@@ -85,8 +95,8 @@ def plate(symbol: Symbol, width: float, height: float, ground: Colour = WHITE, e
     def small(canvas: Canvas) -> None:
         w, h = round(width * 100), round(height * 100)
         if edge is not None:
-            canvas.fill(path(f"{-w - 5} {-h - 5} {w + 5} {-h - 5} {w + 5} {h + 5} {-w - 5} {h + 5}"), edge)
-        canvas.fill(path(f"{-w} {-h} {w} {-h} {w} {h} {-w} {h}"), ground)
+            canvas.fill(f"{-w - 5} {-h - 5} {w + 5} {-h - 5} {w + 5} {h + 5} {-w - 5} {h + 5}", edge)
+        canvas.fill(f"{-w} {-h} {w} {-h} {w} {h} {-w} {h}", ground)
         symbol(canvas)
 
     return small

@@ -10,6 +10,7 @@ import pytest
 
 from app.bundles.service import BundleService
 from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
+from app.job_kinds import KINDS
 from app.jobs.context import TaskContext
 from app.jobs.worker import perform
 from app.outputs.service import OutputService
@@ -65,7 +66,7 @@ def run_next_job(home: Any) -> Output:
         job = home.jobs.claim(session, home.jobs.waiting_ids(session)[0])
     assert job is not None
     task = TaskContext(home.settings, home.database, home.events, home.jobs, job, lambda: False)
-    perform(task)
+    perform(task, KINDS)
     return output_service(home).get(job.subject)
 
 

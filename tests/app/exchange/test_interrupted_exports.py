@@ -10,8 +10,10 @@ from typing import Any
 
 import pytest
 
+from app.job_kinds import KINDS
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import end_stopped_task
+from app.jobs.worker import perform
 from app.outputs.folders import output_folder
 from app.outputs.service import OutputService
 from app.storage.models import Job, Output
@@ -72,7 +74,7 @@ def test_a_running_export_is_cancelled(api: ExchangeClient, monkeypatch: pytest.
         api.post(f"/api/outputs/{output}/cancel")
         assert api.get(f"/api/outputs/{output}")["state"] == "queued", "its worker has to see it first"
         with pytest.raises(Stopped):
-            task.jobs.kinds.load_task("export")(task)
+            perform(task, KINDS)
         end_stopped_task(task)
     assert api.get(f"/api/outputs/{output}")["state"] == "cancelled"
     assert api.output_files() == []

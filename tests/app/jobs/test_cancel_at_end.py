@@ -153,7 +153,7 @@ def test_a_job_that_is_cancelled_at_its_end_is_cancelled(
 
     with monkeypatch.context() as patch:
         patch.setattr(TaskContext, "complete", cancelled_before)
-        execute(task)
+        execute(task, KINDS)
     assert ends == [kind], "its task ends with the transaction that asks whether it is cancelled"
     assert "complete" not in api.states(subject)
     if kind != "follow":

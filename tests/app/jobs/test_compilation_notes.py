@@ -20,6 +20,7 @@ from app.jobs.context import TaskContext
 from app.jobs.kinds import JobKind, JobKinds
 from app.jobs.outcome import end_stopped_task
 from app.jobs.queue import JobQueue
+from app.jobs.tasks import TaskKind
 from app.jobs.worker import execute, work
 from app.storage.models import Event, Follow, Job, ModelVersion, Run
 from tests.app.toy_home import ToyHome, make_home
@@ -49,7 +50,7 @@ class JobApi:
             case _:
                 return Run(id=name, video_id=self.home.video_id, name=kind, kind=kind if kind == "whatif" else "engine")
 
-    def claimed(self, kind: str, kinds: JobKinds = KINDS) -> TaskContext:
+    def claimed(self, kind: str, kinds: JobKinds[JobKind] = KINDS) -> TaskContext:
         """A running job with a running subject."""
         c, jobs = self.context, JobQueue(self.context.events, kinds)
         subject = self.subject(kind)
@@ -113,8 +114,9 @@ class CompilingJob:
         self.kernel: Any = numba.njit(lambda x: x + 1)
         self.noted, self.cleared = threading.Event(), threading.Event()
         self.waits = True
-        kind = JobKind("track", "long", lambda: self.work, lambda *_: None, on_note=self.note)  # type: ignore[arg-type]
-        self.task = api.claimed("track", JobKinds([kind], worker="no.such.module"))
+        kind = TaskKind(name="track", lane="long", load=lambda: self.work, on_failed=lambda *_: None, on_note=self.note)
+        self.kinds = JobKinds([kind], worker="no.such.module")
+        self.task = api.claimed("track", self.kinds)
         monkeypatch.setattr(compilation_notes, "CHECK_INTERVAL_S", 0.01)
         monkeypatch.setattr(compilation, "NEXT_KERNEL_S", 0.3)
 
@@ -136,7 +138,7 @@ def compiling_job(api: JobApi, monkeypatch: pytest.MonkeyPatch) -> CompilingJob:
 
 
 def test_a_job_notes_that_it_compiles_and_then_that_it_is_over(compiling_job: CompilingJob) -> None:
-    execute(compiling_job.task)
+    execute(compiling_job.task, compiling_job.kinds)
     assert compiling_job.task.completed
     assert compiling_job.notes == [COMPILING, ""]
 
@@ -144,7 +146,7 @@ def test_a_job_notes_that_it_compiles_and_then_that_it_is_over(compiling_job: Co
 def test_a_job_that_finds_its_kernels_notes_nothing(compiling_job: CompilingJob) -> None:
     compiling_job.kernel(1)
     compiling_job.waits = False
-    execute(compiling_job.task)
+    execute(compiling_job.task, compiling_job.kinds)
     assert (compiling_job.task.completed, compiling_job.notes) == (True, [])
 
 
@@ -153,9 +155,10 @@ def test_a_job_without_notes_does_not_watch_the_compiler(
 ) -> None:
     watched = []
     monkeypatch.setattr(compilation, "watch_compilation", lambda: watched.append(1))
-    kind = JobKind("track", "long", lambda: lambda _: None, lambda *_: None)  # type: ignore[arg-type, return-value]
-    task = api.claimed("track", JobKinds([kind], worker="no.such.module"))
-    execute(task)
+    kind = TaskKind(name="track", lane="long", load=lambda: lambda _: None, on_failed=lambda *_: None)
+    kinds = JobKinds([kind], worker="no.such.module")
+    task = api.claimed("track", kinds)
+    execute(task, kinds)
     assert (task.completed, watched) == (True, [])
 
 
@@ -184,7 +187,7 @@ def test_a_worker_that_stands_by_notes_what_its_preparations_compile() -> None:
     def step(name: str) -> Any:
         return lambda: done.append(name)
 
-    kind = JobKind("bake", "short", step("load"), lambda *_: None, prepare=(step("prepare"),))  # type: ignore[arg-type]
+    kind = TaskKind(name="bake", lane="short", load=step("load"), on_failed=lambda *_: None, prepare=(step("prepare"),))
     kinds = JobKinds([kind], worker="no.such.module")
     work(lambda: False, lambda _: None, kinds, lambda: len(done) == 6, is_standby=True, noting=noting)
     assert done == ["begins", "load", "ends", "begins", "prepare", "ends"]

@@ -14,10 +14,11 @@ from sqlalchemy.exc import OperationalError
 from app.events import EventBus
 from app.jobs import worker
 from app.jobs.context import TaskContext
-from app.jobs.kinds import JobKind, JobKinds
+from app.jobs.kinds import JobKinds
 from app.jobs.locks import JobLock, unstored_ends
 from app.jobs.queue import JobQueue
 from app.jobs.supervisor import Supervisor
+from app.jobs.tasks import TaskKind
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
@@ -25,22 +26,25 @@ from app.storage.models import Job
 FULL = OperationalError("INSERT", {}, sqlite3.OperationalError("database or disk is full"))
 DISK_FULL = OSError(errno.ENOSPC, "No space left on device")
 
+ClaimJob = Callable[[Exception], tuple[TaskContext, JobKinds[TaskKind]]]
+
 
 @pytest.fixture
-def claimed(database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Exception], TaskContext]:
-    """A claimed job whose task raises an error."""
+def claimed(database: Database, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ClaimJob:
+    """Claims a job whose task raises an error; returns it and the kinds of jobs."""
     monkeypatch.setattr(worker, "RETRY_DELAY_S", 0.01)
 
-    def make(error: Exception) -> TaskContext:
+    def make(error: Exception) -> tuple[TaskContext, JobKinds[TaskKind]]:
         def work(_: TaskContext) -> None:
             raise error
 
-        kind = JobKind("bake", "short", lambda: work, lambda *_: None)
-        jobs = JobQueue(EventBus(), JobKinds([kind], worker="no.such.module"))
+        kind = TaskKind(name="bake", lane="short", load=lambda: work, on_failed=lambda *_: None)
+        kinds = JobKinds([kind], worker="no.such.module")
+        jobs = JobQueue(EventBus(), kinds)
         with database.write() as session:
             job = jobs.claim(session, jobs.submit(session, "bake", "s" * 32).id)
         assert job is not None
-        return TaskContext(Settings(home=tmp_path), database, jobs.events, jobs, job, leaving=lambda: False)
+        return TaskContext(Settings(home=tmp_path), database, jobs.events, jobs, job, leaving=lambda: False), kinds
 
     return make
 
@@ -57,19 +61,17 @@ def warnings(log: pytest.LogCaptureFixture) -> list[str]:
 
 
 @pytest.mark.parametrize("error", [FULL, DISK_FULL])
-def test_a_job_on_a_full_disk_says_so(
-    claimed: Callable[[Exception], TaskContext], error: Exception, caplog: pytest.LogCaptureFixture
-) -> None:
-    task = claimed(error)
-    worker.execute(task)
+def test_a_job_on_a_full_disk_says_so(claimed: ClaimJob, error: Exception, caplog: pytest.LogCaptureFixture) -> None:
+    task, kinds = claimed(error)
+    worker.execute(task, kinds)
     assert final_state(task) == ("failed", "The disk is full. Free some space, then try again.")
     assert len(warnings(caplog)) <= 1
 
 
 def test_the_end_of_a_job_is_stored_once_there_is_room(
-    claimed: Callable[[Exception], TaskContext], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    claimed: ClaimJob, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    task = claimed(DISK_FULL)
+    task, kinds = claimed(DISK_FULL)
     report, attempts, reasons = worker.report_failure, iter([FULL, FULL, FULL]), list[dict[str, str]]()
 
     def at_last(task: TaskContext, message: str) -> None:
@@ -81,7 +83,7 @@ def test_the_end_of_a_job_is_stored_once_there_is_room(
     monkeypatch.setattr(worker, "report_failure", at_last)
     lock = JobLock(task.settings.home, task.job.id)
     assert lock.acquire()
-    worker.execute(task)
+    worker.execute(task, kinds)
     lock.release()
     assert reasons == [{}, *[{task.job.id: "the disk is full"}] * 3]
     assert final_state(task)[0] == "failed"

@@ -74,12 +74,12 @@ def test_a_working_worker_has_a_heartbeat(shared: Database, tmp_path: Path, monk
         job = jobs.submit(session, "export", "s" * 32)
     monkeypatch.setattr(worker, "heartbeat", lambda database, job: heartbeat(database, job, interval=0.05))
 
-    def work(task: TaskContext) -> None:
+    def work(task: TaskContext, _kinds: object) -> None:
         first = wait_until(lambda: reload_job(shared, task.job).heartbeat)
         wait_until(lambda: reload_job(shared, task.job).heartbeat != first)
 
     monkeypatch.setattr(worker, "execute", work)
-    assert worker.do_next(Settings(home=tmp_path), shared, jobs.events, jobs, lambda: False, lambda: [job.id])
+    assert worker.do_next(Settings(home=tmp_path), shared, KINDS, jobs, lambda: False, lambda: [job.id])
     last = reload_job(shared, job).heartbeat
     time.sleep(0.3)
     assert reload_job(shared, job).heartbeat == last

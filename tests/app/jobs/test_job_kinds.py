@@ -12,11 +12,12 @@ import pytest
 from app.events import EventBus
 from app.job_kinds import KINDS
 from app.jobs.context import Stopped, TaskContext
-from app.jobs.kinds import JobKind, JobKinds
+from app.jobs.kinds import JobKinds
 from app.jobs.outcome import notify_subject
 from app.jobs.preload import preparations
 from app.jobs.queue import MAX_CRASHES, JobQueue
 from app.jobs.supervisor import Supervisor
+from app.jobs.tasks import TaskKind
 from app.jobs.worker import execute
 from app.settings import Settings
 from app.storage.database import Database
@@ -37,8 +38,11 @@ class Bakery:
     work: Callable[[TaskContext], None] = lambda _: None
 
     def __post_init__(self) -> None:
-        kind = JobKind("bake", "short", lambda: self.work, self.settle, self.clear, by_frame=True)
-        self.jobs = JobQueue(EventBus(), JobKinds([kind], worker="no.such.module"))
+        kind = TaskKind(
+            name="bake", lane="short", load=lambda: self.work, on_failed=self.settle, clear=self.clear, by_frame=True
+        )
+        self.kinds = JobKinds([kind], worker="no.such.module")
+        self.jobs = JobQueue(EventBus(), self.kinds)
 
     def settle(self, session: object, events: EventBus, job: Job, state: str, error: str | None) -> None:
         assert (job.subject, events) == (SUBJECT, self.jobs.events)
@@ -84,14 +88,14 @@ def test_a_finished_job_calls_no_hook(bakery: Bakery) -> None:
     seen: list[str] = []
     bakery.work = lambda task: seen.append(task.job.subject)
     job = bakery.submit()
-    execute(bakery.claim(job))
+    execute(bakery.claim(job), bakery.kinds)
     assert (bakery.state(job), seen, bakery.reported, bakery.cleared) == ("done", [SUBJECT], [], [])
 
 
 def test_a_failed_job_calls_the_hooks_of_its_kind(bakery: Bakery) -> None:
     bakery.work = fail
     job = bakery.submit()
-    execute(bakery.claim(job))
+    execute(bakery.claim(job), bakery.kinds)
     assert bakery.state(job) == "failed"
     assert bakery.reported == [("failed", "The flour is gone.")]
     assert bakery.cleared == [(bakery.home, SUBJECT)]
@@ -100,12 +104,12 @@ def test_a_failed_job_calls_the_hooks_of_its_kind(bakery: Bakery) -> None:
 def test_hooks_of_returned_and_cancelled_jobs(bakery: Bakery) -> None:
     bakery.work = stop
     job = bakery.submit()
-    execute(bakery.claim(job))
+    execute(bakery.claim(job), bakery.kinds)
     assert (bakery.state(job), bakery.reported, bakery.cleared) == ("queued", [("queued", None)], [])
     task = bakery.claim(job)
     with bakery.database.write() as session:
         bakery.jobs.cancel(session, SUBJECT)
-    execute(task)
+    execute(task, bakery.kinds)
     assert bakery.state(job) == "cancelled"
     assert bakery.reported[1:] == [("cancelled", None)]
     assert bakery.cleared == [(bakery.home, SUBJECT)]
@@ -125,14 +129,14 @@ def test_a_job_that_is_done_cannot_be_cancelled(bakery: Bakery) -> None:
 
     bakery.work = work
     job = bakery.submit()
-    execute(bakery.claim(job))
+    execute(bakery.claim(job), bakery.kinds)
     assert (bakery.state(job), bakery.reported, bakery.cleared) == ("done", [], [])
 
 
 def test_a_job_that_stores_nothing_at_its_end_can_be_cancelled_until_then(bakery: Bakery) -> None:
     job = bakery.submit()
     bakery.work = lambda _: cancelled(bakery)  # type: ignore[assignment, return-value]
-    execute(bakery.claim(job))
+    execute(bakery.claim(job), bakery.kinds)
     assert (bakery.state(job), bakery.reported) == ("cancelled", [("cancelled", None)])
 
 
@@ -143,7 +147,7 @@ def test_a_job_whose_result_cannot_be_stored_is_not_done(bakery: Bakery) -> None
 
     bakery.work = work
     job = bakery.submit()
-    execute(bakery.claim(job))
+    execute(bakery.claim(job), bakery.kinds)
     assert (bakery.state(job), bakery.reported) == ("failed", [("failed", "The oven is full.")])
 
 
@@ -166,12 +170,22 @@ def test_a_job_of_a_newer_version_calls_no_hook(bakery: Bakery) -> None:
     assert bakery.reported == []
 
 
+def test_a_worker_fails_a_job_of_a_newer_version_with_a_reason(bakery: Bakery) -> None:
+    with bakery.database.write() as session:
+        newer = bakery.jobs.submit(session, "fly", SUBJECT).id
+    execute(bakery.claim(newer), bakery.kinds)
+    with bakery.database.read() as session:
+        job = session.get_one(Job, newer)
+    message = 'This server cannot do jobs of the kind "fly". Update tsr, then start it again.'
+    assert (job.state, job.error, bakery.reported) == ("failed", message, [])
+
+
 def test_short_kinds_are_prepared_in_order_and_names_are_unique(bakery: Bakery) -> None:
     steps: list[str] = []
 
-    def kind(name: str, lane: str) -> JobKind:
+    def kind(name: str, lane: str) -> TaskKind:
         load, ready = (lambda text=text: steps.append(f"{text} {name}") for text in ("load", "ready"))
-        return JobKind(name, lane, load, bakery.settle, prepare=(ready,))  # type: ignore[arg-type]
+        return TaskKind(name=name, lane=lane, load=load, on_failed=bakery.settle, prepare=(ready,))  # type: ignore[arg-type]
 
     kinds = JobKinds([kind("a", "short"), kind("b", "long"), kind("c", "short")], worker="w")
     for step in preparations(kinds):
@@ -182,5 +196,5 @@ def test_short_kinds_are_prepared_in_order_and_names_are_unique(bakery: Bakery) 
 
 
 @pytest.mark.parametrize("kind", list(KINDS), ids=lambda kind: kind.name)
-def test_the_task_of_a_kind_takes_a_job(kind: JobKind) -> None:
+def test_the_task_of_a_kind_takes_a_job(kind: TaskKind) -> None:
     assert get_type_hints(kind.load()) == {"task": TaskContext, "return": type(None)}

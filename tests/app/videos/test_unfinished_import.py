@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import app.videos.previews
+from app.job_kinds import KINDS
 from app.jobs.context import TaskContext
 from app.jobs.worker import execute
 from app.storage.models import Job, Video
@@ -40,7 +41,7 @@ def test_an_unfinished_import_leaves_no_files(
         return complete(task, **options)
 
     monkeypatch.setattr(TaskContext, "complete", end_before)
-    execute(TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: False))
+    execute(TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: False), KINDS)
     assert written == [True, True]
     with context.database.read() as session:
         assert session.get_one(Job, job.id).state == end

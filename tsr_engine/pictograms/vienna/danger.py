@@ -10,9 +10,8 @@ from tsr_engine.pictograms import arrows, figures, people, roads, vehicles
 from tsr_engine.pictograms.canvas import Canvas, regular, rounded
 from tsr_engine.pictograms.glyphs import write
 from tsr_engine.pictograms.palette import BLACK, RED, WHITE
-from tsr_engine.pictograms.paths import path
 from tsr_engine.pictograms.plates import board, danger
-from tsr_engine.pictograms.symbols import several
+from tsr_engine.pictograms.symbols import countdown, several
 
 
 def _stop_octagon(canvas: Canvas) -> None:
@@ -24,18 +23,9 @@ def _slope(percent: str, *, ascent: bool) -> Canvas:
     """The ground rises to one corner of the inner triangle; the figure stands above its slope."""
     canvas = danger(several())
     ground = canvas.placed(1, mirror=ascent)
-    ground.fill(path("-64 67 -42 24 64 67"), BLACK)
+    ground.fill("-64 67 -42 24 64 67", BLACK)
     write(canvas.placed(1, 0.04 * (-1 if ascent else 1), 0.15), percent, 0.25, 0, 0, BLACK, 0.78)
     return canvas
-
-
-def _countdown(bars: int) -> Canvas:
-    def symbol(canvas: Canvas) -> None:
-        for k in range(bars):
-            y = 27 * (bars - 1) - 54 * k - 13
-            canvas.fill(path(f"-37 {y + 16} 37 {y - 16} 37 {y + 10} -37 {y + 42}"), RED)
-
-    return board((0.42, 0.98), symbol, 1.0, ground=WHITE)
 
 
 def _st_andrew(*, double: bool) -> Canvas:
@@ -44,8 +34,8 @@ def _st_andrew(*, double: bool) -> Canvas:
     scale = 0.98
     if double:
         lower = canvas.placed(scale, 0, 0.3)
-        lower.stroke(path("-88 47 0 0 88 47"), 0.3, RED)
-        lower.stroke(path("-50 27 0 0 50 27"), 0.22, WHITE)
+        lower.stroke("-88 47 0 0 88 47", 0.3, RED)
+        lower.stroke("-50 27 0 0 50 27", 0.22, WHITE)
     roads.cross_of_st_andrew(canvas.placed(scale, 0, offsets[0]))
     for polygon in canvas.polygons():
         canvas.outline(polygon)
@@ -90,8 +80,8 @@ DANGER: Final[dict[str, Callable[[], Canvas]]] = {
     "cross-wind": partial(danger, roads.windsock, 0.43, 0.06, 0.27),
     "st-andrews-cross": partial(_st_andrew, double=False),
     "double-st-andrews-cross": partial(_st_andrew, double=True),
-    "level-crossing-countdown-3": partial(_countdown, 3),
-    "level-crossing-countdown-2": partial(_countdown, 2),
-    "level-crossing-countdown-1": partial(_countdown, 1),
+    "level-crossing-countdown-3": partial(board, (0.42, 0.98), countdown(3, RED), 1.0, ground=WHITE),
+    "level-crossing-countdown-2": partial(board, (0.42, 0.98), countdown(2, RED), 1.0, ground=WHITE),
+    "level-crossing-countdown-1": partial(board, (0.42, 0.98), countdown(1, RED), 1.0, ground=WHITE),
 }
 """Makes the drawing of each key."""

@@ -8,9 +8,8 @@ from typing import Final
 
 from tsr_engine.pictograms import arrows, people, vehicles
 from tsr_engine.pictograms.canvas import Canvas
-from tsr_engine.pictograms.palette import BLACK, BLUE, ORANGE, WHITE
-from tsr_engine.pictograms.paths import path
-from tsr_engine.pictograms.plates import SQUARE, Symbol, board, mandatory
+from tsr_engine.pictograms.palette import BLACK, ORANGE
+from tsr_engine.pictograms.plates import ON_BLUE, SQUARE, Symbol, board, mandatory
 from tsr_engine.pictograms.symbols import at, figure, several
 
 MINIMUM_SPEEDS: Final = (30, 40, 50, 60, 70, 80)
@@ -23,7 +22,7 @@ def _split(left: Symbol, right: Symbol) -> Symbol:
     def symbol(canvas: Canvas) -> None:
         left(canvas.placed(0.58, -0.62, 0))
         right(canvas.placed(0.58, 0.62, 0))
-        canvas.stroke(path("0 -140 0 140"), 0.09, BLACK)
+        canvas.stroke("0 -140 0 140", 0.09, BLACK)
 
     return symbol
 
@@ -37,9 +36,9 @@ def _goods_route(direction: Symbol, *, mirror: bool = False) -> Canvas:
 
     def symbol(canvas: Canvas) -> None:
         truck = canvas.placed(0.62, 0, -0.42)
-        vehicles.lorry(truck.placed(1, colours={BLACK: WHITE, WHITE: BLUE}))
-        truck.fill(path("-20 -46 76 -46 76 12 -20 12"), ORANGE)
-        direction(canvas.placed(0.4, 0, 0.48, mirror=mirror, colours={BLACK: WHITE, WHITE: BLUE}))
+        vehicles.lorry(truck.placed(1, colours=ON_BLUE))
+        truck.fill("-20 -46 76 -46 76 12 -20 12", ORANGE)
+        direction(canvas.placed(0.4, 0, 0.48, mirror=mirror, colours=ON_BLUE))
 
     return board(SQUARE, symbol, 1.0, colours={})
 

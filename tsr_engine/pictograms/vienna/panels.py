@@ -10,7 +10,6 @@ from tsr_engine.pictograms import arrows, figures, people, vehicles
 from tsr_engine.pictograms.canvas import Canvas
 from tsr_engine.pictograms.figures import arrow
 from tsr_engine.pictograms.palette import BLACK, WHITE
-from tsr_engine.pictograms.paths import path
 from tsr_engine.pictograms.plates import Symbol, board
 from tsr_engine.pictograms.symbols import at, fitted, several
 
@@ -25,7 +24,7 @@ def _panel(symbol: Symbol, scale: float = 0.9, size: tuple[float, float] = _FLAT
 def _length(canvas: Canvas) -> None:
     """A length between two arrows up."""
     for x in (-0.86, 0.86):
-        arrow(canvas.placed(1, x), path("0 36 0 -38"), 0.07, 0.2, BLACK)
+        arrow(canvas.placed(1, x), "0 36 0 -38", 0.07, 0.2, BLACK)
     fitted("800 m", 1.3, 0.5)(canvas)
 
 
@@ -34,13 +33,13 @@ def _pole(text: str) -> Symbol:
 
     def symbol(canvas: Canvas) -> None:
         if "up" in text:
-            arrow(canvas, path("0 20 0 -84"), 0.16, 0.44, BLACK)
+            arrow(canvas, "0 20 0 -84", 0.16, 0.44, BLACK)
         if "down" in text:
-            arrow(canvas, path("0 -20 0 84"), 0.16, 0.44, BLACK)
+            arrow(canvas, "0 -20 0 84", 0.16, 0.44, BLACK)
         if text == "up":
-            canvas.stroke(path("0 10 0 84"), 0.16, BLACK)
+            canvas.stroke("0 10 0 84", 0.16, BLACK)
         if text == "down":
-            canvas.stroke(path("0 -10 0 -84"), 0.16, BLACK)
+            canvas.stroke("0 -10 0 -84", 0.16, BLACK)
 
     return symbol
 
@@ -52,18 +51,18 @@ def _across(text: str) -> Symbol:
         fitted("10 m", 0.9, 0.34, 0, -0.2)(canvas)
         line = canvas.placed(1, 0, 0.24)
         if text in ("right", "both"):
-            arrow(line, path("-60 0 90 0"), 0.1, 0.3, BLACK)
+            arrow(line, "-60 0 90 0", 0.1, 0.3, BLACK)
         if text in ("left", "both"):
-            arrow(line, path("60 0 -90 0"), 0.1, 0.3, BLACK)
+            arrow(line, "60 0 -90 0", 0.1, 0.3, BLACK)
 
     return symbol
 
 
 def _main_road(canvas: Canvas) -> None:
     """A junction: the main road bends broadly to the left, minor ones are thin."""
-    canvas.stroke(path("0 92 0 20 Q 0 -8 -28 -8 L -92 -8"), 0.3, BLACK)
-    canvas.stroke(path("0 -14 0 -92"), 0.11, BLACK)
-    canvas.stroke(path("10 -2 92 -2"), 0.11, BLACK)
+    canvas.stroke("0 92 0 20 Q 0 -8 -28 -8 L -92 -8", 0.3, BLACK)
+    canvas.stroke("0 -14 0 -92", 0.11, BLACK)
+    canvas.stroke("10 -2 92 -2", 0.11, BLACK)
 
 
 def _snow(canvas: Canvas) -> None:

@@ -10,7 +10,6 @@ from tsr_engine.pictograms import arrows, gtsrb
 from tsr_engine.pictograms.canvas import Canvas
 from tsr_engine.pictograms.glyphs import write
 from tsr_engine.pictograms.palette import BLACK, BLUE, RED, WHITE
-from tsr_engine.pictograms.paths import path
 from tsr_engine.pictograms.plates import SQUARE, board, prohibition, triangle
 
 
@@ -18,7 +17,7 @@ def _end_of_priority() -> Canvas:
     canvas = gtsrb.drawing(12)
     for k in (-2, -1, 0, 1, 2):
         bar = canvas.placed(1, 0.09 * k, 0.09 * k)
-        bar.stroke(path("-50 50 50 -50"), 0.055, BLACK)
+        bar.stroke("-50 50 50 -50", 0.055, BLACK)
     return canvas
 
 

@@ -10,7 +10,6 @@ from tsr_engine.pictograms import arrows, facilities, people, vehicles
 from tsr_engine.pictograms.canvas import Canvas
 from tsr_engine.pictograms.glyphs import write
 from tsr_engine.pictograms.palette import BLACK, WHITE
-from tsr_engine.pictograms.paths import path
 from tsr_engine.pictograms.plates import end_of, prohibition, round_face
 from tsr_engine.pictograms.symbols import at, figure, fitted, several, stopping
 
@@ -38,43 +37,43 @@ def _lorry_over(weight: str) -> Canvas:
 
 def _between_walls(canvas: Canvas) -> None:
     """Two arrowheads that point inwards from the sides: a width."""
-    for side in (-1, 1):
-        canvas.placed(1, mirror=side < 0).fill(path("70 -17 70 17 46 0"), BLACK)
+    for half in canvas.halves():
+        half.fill("70 -17 70 17 46 0", BLACK)
 
 
 def _between_floors(canvas: Canvas) -> None:
     """Two arrowheads that point inwards from above and below: a height."""
     for turn in (90, -90):
-        canvas.placed(1, turn=turn).fill(path("70 -17 70 17 46 0"), BLACK)
+        canvas.placed(1, turn=turn).fill("70 -17 70 17 46 0", BLACK)
 
 
 def _axle(canvas: Canvas) -> None:
     """A pair of wheels on an axle with an arrow down on it."""
-    canvas.fill(path("-12 -70 12 -70 12 -60 0 -44 -12 -60"), BLACK)
-    canvas.stroke(path("-34 46 34 46"), 0.07, BLACK)
-    for x in (-1, 1):
-        canvas.placed(1, mirror=x < 0).fill(path("26 30 42 30 42 62 26 62"), BLACK)
+    canvas.fill("-12 -70 12 -70 12 -60 0 -44 -12 -60", BLACK)
+    canvas.stroke("-34 46 34 46", 0.07, BLACK)
+    for half in canvas.halves():
+        half.fill("26 30 42 30 42 62 26 62", BLACK)
 
 
 def _length(canvas: Canvas) -> None:
     """A lorry over a line with heads at both ends."""
     vehicles.lorry(canvas.placed(0.5, 0, -0.26))
-    canvas.stroke(path("-52 14 52 14"), 0.05, BLACK)
-    for x in (-1, 1):
-        canvas.placed(1, mirror=x < 0).fill(path("62 14 46 4 46 24"), BLACK)
+    canvas.stroke("-52 14 52 14", 0.05, BLACK)
+    for half in canvas.halves():
+        half.fill("62 14 46 4 46 24", BLACK)
 
 
 def _gap(canvas: Canvas) -> None:
     """Two cars behind each other, with a distance between them."""
     for x in (-0.36, 0.36):
         vehicles.car_side(canvas.placed(0.25, x, 0.22))
-    for side in (-1, 1):
-        canvas.placed(1, mirror=side < 0).fill(path("4 -2 22 -12 22 8"), BLACK)
+    for half in canvas.halves():
+        half.fill("4 -2 22 -12 22 8", BLACK)
 
 
 def _checkpoint(upper: str, lower: str) -> Canvas:
     def symbol(canvas: Canvas) -> None:
-        canvas.fill(path("-68 -7 68 -7 68 7 -68 7"), BLACK)
+        canvas.fill("-68 -7 68 -7 68 7 -68 7", BLACK)
         fitted(upper, 0.9, 0.28, 0, -0.28)(canvas)
         fitted(lower, 0.9, 0.28, 0, 0.29)(canvas)
 

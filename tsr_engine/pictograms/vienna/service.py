@@ -9,7 +9,6 @@ from typing import Final
 from tsr_engine.pictograms import facilities, people, vehicles
 from tsr_engine.pictograms.canvas import Canvas
 from tsr_engine.pictograms.palette import WHITE
-from tsr_engine.pictograms.paths import path
 from tsr_engine.pictograms.plates import PLAIN, UPRIGHT, Symbol, board
 from tsr_engine.pictograms.symbols import at, fitted, several
 
@@ -18,7 +17,7 @@ def _service(symbol: Symbol, scale: float = 0.46) -> Canvas:
     """A symbol on a white square in a blue upright board."""
 
     def on_square(canvas: Canvas) -> None:
-        canvas.fill(path("-55 -80 55 -80 55 40 -55 40"), WHITE)
+        canvas.fill("-55 -80 55 -80 55 40 -55 40", WHITE)
         symbol(canvas.placed(scale, 0, -0.2))
 
     return board(UPRIGHT, on_square, 1.0, colours=PLAIN)

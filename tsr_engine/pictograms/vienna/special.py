@@ -7,12 +7,11 @@ from functools import partial
 from typing import Final
 
 from tsr_engine.pictograms import arrows, facilities, people, roads, vehicles
-from tsr_engine.pictograms.canvas import Canvas, arc
+from tsr_engine.pictograms.canvas import Canvas
 from tsr_engine.pictograms.figures import arrow
 from tsr_engine.pictograms.glyphs import write
 from tsr_engine.pictograms.palette import BLACK, BLUE, GREEN, RED, WHITE, YELLOW
-from tsr_engine.pictograms.paths import path
-from tsr_engine.pictograms.plates import FLAT, PLAIN, SQUARE, UPRIGHT, Symbol, board, triangle
+from tsr_engine.pictograms.plates import FLAT, ON_BLUE, PLAIN, SQUARE, UPRIGHT, Symbol, board, round_face, triangle
 from tsr_engine.pictograms.symbols import at, disc, fitted, plate, ring, several, words
 
 
@@ -23,7 +22,7 @@ def _lanes(*signs: Symbol | None) -> Canvas:
         step = 1.8 / len(signs)
         for k, sign in enumerate(signs):
             x = step * (k - (len(signs) - 1) / 2)
-            arrow(canvas.placed(1, x), path("0 70 0 -72"), 0.2, 0.5, WHITE)
+            arrow(canvas.placed(1, x), "0 70 0 -72", 0.2, 0.5, WHITE)
             if sign is not None:
                 canvas.disc(x, 0.2, 0.27, WHITE)
                 sign(canvas.placed(0.25, x, 0.2))
@@ -38,12 +37,12 @@ def _small_figure(text: str) -> Symbol:
 def _bus_lane(canvas: Canvas) -> None:
     """Three lanes, the right one with a bus."""
     for x in (-0.72, -0.14):
-        arrow(canvas.placed(1, x), path("0 74 0 -84"), 0.2, 0.46, BLACK)
+        arrow(canvas.placed(1, x), "0 74 0 -84", 0.2, 0.46, BLACK)
     for x in (-43, 17):
         for y in (-80, -40, 0, 40):
-            canvas.fill(path(f"{x - 3} {y} {x + 3} {y} {x + 3} {y + 24} {x - 3} {y + 24}"), BLACK)
-    arrow(canvas.placed(1, 0.6), path("0 20 0 -84"), 0.2, 0.46, BLACK)
-    canvas.placed(0.36, 0.6, 0.3).fill(path("-98 66 -98 -66 98 -66 98 66"), BLACK)
+            canvas.fill(f"{x - 3} {y} {x + 3} {y} {x + 3} {y + 24} {x - 3} {y + 24}", BLACK)
+    arrow(canvas.placed(1, 0.6), "0 20 0 -84", 0.2, 0.46, BLACK)
+    canvas.placed(0.36, 0.6, 0.3).fill("-98 66 -98 -66 98 -66 98 66", BLACK)
     vehicles.bus(canvas.placed(0.31, 0.6, 0.32, colours={BLACK: WHITE, WHITE: BLACK}))
 
 
@@ -66,7 +65,7 @@ def _stop_post(symbol: Symbol) -> Canvas:
     """A white square with a black vehicle on a blue upright board: a stop."""
 
     def both(canvas: Canvas) -> None:
-        canvas.fill(path("-54 -74 54 -74 54 34 -54 34"), WHITE)
+        canvas.fill("-54 -74 54 -74 54 34 -54 34", WHITE)
         symbol(canvas.placed(0.48, 0, -0.2))
 
     return board(UPRIGHT, both, 1.0, colours=PLAIN)
@@ -81,7 +80,7 @@ def _round_stop() -> Canvas:
     canvas.disc(0, 0, 1.1, GREEN)
     canvas.disc(0, 0, 0.8, YELLOW)
     _halt(canvas.placed(0.9))
-    canvas.outline(arc(0, 0, 1, 1, 0, 360, 181)[:-1])
+    canvas.outline(round_face())
     return canvas
 
 
@@ -92,8 +91,8 @@ def _bed_and_cross(canvas: Canvas) -> None:
 
 def _lay_by(canvas: Canvas) -> None:
     """A car in a bay beside the road."""
-    canvas.stroke(path("-48 94 -48 -94"), 0.1, BLACK)
-    canvas.fill(path("-30 94 -30 -94 10 -94 10 -64 62 -40 62 40 10 64 10 94"), BLACK)
+    canvas.stroke("-48 94 -48 -94", 0.1, BLACK)
+    canvas.fill("-30 94 -30 -94 10 -94 10 -64 62 -40 62 40 10 64 10 94", BLACK)
     vehicles.car_rear(canvas.placed(0.24, 0.32, 0.0, colours={BLACK: WHITE, WHITE: BLACK}))
 
 
@@ -104,7 +103,7 @@ def _parking(extra: Symbol) -> Symbol:
 def _pavement_parking(canvas: Canvas) -> None:
     """A car with two wheels on the footway."""
     vehicles.car_rear(canvas.placed(0.4, 0.0, 0.4, turn=-7))
-    canvas.fill(path("-70 86 6 86 6 76 70 76 70 90 -70 90"), BLACK)
+    canvas.fill("-70 86 6 86 6 76 70 76 70 90 -70 90", BLACK)
 
 
 def _general_limits(canvas: Canvas) -> None:
@@ -112,17 +111,19 @@ def _general_limits(canvas: Canvas) -> None:
     write(canvas, "A", 0.2, 0, -0.8, WHITE)
     for k, (symbol, text) in enumerate(((roads.skyline, "50"), (roads.skyline, "100"), (roads.motorway, "130"))):
         y = -0.4 + 0.5 * k
-        canvas.placed(1, 0, y).fill(path("-60 -22 60 -22 60 22 -60 22"), WHITE)
+        canvas.placed(1, 0, y).fill("-60 -22 60 -22 60 22 -60 22", WHITE)
         if k == 2:
-            canvas.placed(1, -0.3, y).fill(path("-24 -19 24 -19 24 19 -24 19"), BLUE)
-            symbol(canvas.placed(0.17, -0.3, y, colours={BLACK: WHITE, WHITE: BLUE}))
+            canvas.placed(1, -0.3, y).fill("-24 -19 24 -19 24 19 -24 19", BLUE)
+            symbol(canvas.placed(0.17, -0.3, y, colours=ON_BLUE))
         else:
             symbol(canvas.placed(0.24, -0.3, y + 0.03))
         if k == 1:
-            canvas.placed(1, -0.3, y).stroke(path("-22 18 22 -18"), 0.05, RED)
+            canvas.placed(1, -0.3, y).stroke("-22 18 22 -18", 0.05, RED)
         at(ring(words(text, 0.7, squeeze=0.7 if len(text) == 3 else 0.95)), 0.2, 0.32, y)(canvas)
 
 
+_built_up_area = partial(board, (0.98, 0.62), roads.skyline, 0.8, 0.0, 0.08, ground=WHITE, rim=BLACK)
+_place_name = partial(board, (0.98, 0.62), fitted("ULM", 1.5, 0.6), 1.0, ground=YELLOW, rim=BLACK)
 SPECIAL: Final[dict[str, Callable[[], Canvas]]] = {
     "minimum-speeds-by-lane": partial(_lanes, disc(_small_figure("60")), disc(_small_figure("30"))),
     "minimum-speed-on-one-lane": partial(_lanes, disc(_small_figure("60")), None),
@@ -136,14 +137,10 @@ SPECIAL: Final[dict[str, Callable[[], Canvas]]] = {
     "end-of-motorway": partial(board, SQUARE, roads.motorway, 0.74, ended=True),
     "road-for-motor-vehicles": partial(board, SQUARE, vehicles.car_front, 0.68),
     "end-of-road-for-motor-vehicles": partial(board, SQUARE, vehicles.car_front, 0.68, ended=True),
-    "built-up-area": partial(board, (0.98, 0.62), roads.skyline, 0.8, 0.0, 0.08, ground=WHITE, rim=BLACK),
-    "end-of-built-up-area": partial(
-        board, (0.98, 0.62), roads.skyline, 0.8, 0.0, 0.08, ground=WHITE, rim=BLACK, ended=True
-    ),
-    "place-name": partial(board, (0.98, 0.62), fitted("ULM", 1.5, 0.6), 1.0, ground=YELLOW, rim=BLACK),
-    "end-of-place-name": partial(
-        board, (0.98, 0.62), fitted("ULM", 1.5, 0.6), 1.0, ground=YELLOW, rim=BLACK, ended=True
-    ),
+    "built-up-area": _built_up_area,
+    "end-of-built-up-area": partial(_built_up_area, ended=True),
+    "place-name": _place_name,
+    "end-of-place-name": partial(_place_name, ended=True),
     "tunnel": partial(board, SQUARE, roads.tunnel, 0.74, 0.0, 0.04),
     "end-of-tunnel": partial(board, SQUARE, roads.tunnel, 0.74, 0.0, 0.04, ended=True),
     "pedestrian-crossing": partial(

@@ -9,7 +9,7 @@ from typing import Final
 from tsr_engine.pictograms import people, vehicles
 from tsr_engine.pictograms.canvas import Canvas
 from tsr_engine.pictograms.palette import BLACK, BLUE, WHITE
-from tsr_engine.pictograms.plates import FADED, PLAIN, UPRIGHT, Symbol, board, end_stripes
+from tsr_engine.pictograms.plates import FADED, ON_BLUE, PLAIN, UPRIGHT, Symbol, board, end_stripes
 from tsr_engine.pictograms.symbols import at, disc, figure, fitted, plate, ring, several, stopping, words
 
 ZONE_SPEEDS: Final = (20, 30, 40)
@@ -33,7 +33,7 @@ def _ends(symbol: Symbol) -> Canvas:
 
 
 def _white_on_blue(symbol: Symbol) -> Symbol:
-    return plate(lambda canvas: symbol(canvas.placed(0.8, colours={BLACK: WHITE, WHITE: BLUE})), 0.96, 0.96, BLUE)
+    return plate(lambda canvas: symbol(canvas.placed(0.8, colours=ON_BLUE)), 0.96, 0.96, BLUE)
 
 
 _PARKING = _white_on_blue(words("P", 1.6))
