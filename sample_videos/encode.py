@@ -27,7 +27,9 @@ class Encoder:
         self._stream = self._container.add_stream("libx264", rate=Fraction(fps))
         self._stream.width, self._stream.height = size
         self._stream.pix_fmt = "yuv420p"
-        self._stream.options = {"crf": str(crf), "preset": "medium", "g": "50", "threads": "1"}
+        # otherwise x264's code for AVX-512 reads memory beyond the macroblocks, and bytes differ from run to run
+        exact = {"threads": "1", "x264-params": "cpu-independent=1"}
+        self._stream.options = {"crf": str(crf), "preset": "medium", "g": "50", **exact}
 
     def __enter__(self) -> Encoder:
         return self
