@@ -1,9 +1,14 @@
 // @ts-check
 /** Sends the newest of many values: one at a time, with a pause in between, skipping outdated ones. */
 
+import { isRetryable } from '../api/errors.js';
+
+/** Pause before a value is sent again, ms. */
+const RETRY_DELAY_MS = 2000;
+
 /**
  * @template T
- * @param {(value: T) => Promise<void>} send   a failure is reported to `onError`, and the next value is sent anyway
+ * @param {(value: T) => Promise<void>} send   a failure is reported to `onError`; if it may be temporary, this value or a newer one is sent later
  * @param {{pauseMs?: number, wait?: (ms: number) => Promise<void>, onError?: (thrown: unknown) => void}} [options]
  * @returns {{push: (value: T) => void, stop: () => void}}
  */
@@ -17,13 +22,18 @@ export function createLatestSender(send, { pauseMs = 80, wait = sleep, onError =
     busy = true;
     while (next && !stopped) {
       const { value } = next;
+      let pause = pauseMs;
       next = null;
       try {
         await send(value);
       } catch (thrown) {
         onError(thrown);
+        if (isRetryable(thrown)) {
+          next ??= { value };
+          pause = RETRY_DELAY_MS;
+        }
       }
-      await wait(pauseMs);
+      await wait(pause);
     }
     busy = false;
   }

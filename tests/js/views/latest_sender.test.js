@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
+import { ApiError } from '../../../static/js/api/errors.js';
 import { createLatestSender } from '../../../static/js/views/latest_sender.js';
 import { deferred } from '../deferred.js';
 
@@ -64,6 +65,39 @@ test('a failure is reported, and the next value is sent', async () => {
   await nextTurn();
   assert.deepEqual(sent, [1, 2]);
   assert.equal(errors.length, 1);
+});
+
+test('the newest value is sent again after a temporary failure', async () => {
+  /** @type {number[]} */
+  const sent = [];
+  /** @type {number[]} */
+  const pauses = [];
+  let pause = deferred();
+  const sender = createLatestSender(
+    async (/** @type {number} */ value) => {
+      sent.push(value);
+      if (sent.length < 3) throw new ApiError(0, 'offline', 'The server cannot be reached.');
+    },
+    {
+      wait: (ms) => {
+        pauses.push(ms);
+        pause = deferred();
+        return pause.promise;
+      },
+    },
+  );
+  sender.push(1);
+  await nextTurn();
+  pause.resolve();
+  await nextTurn();
+  assert.deepEqual(sent, [1, 1]);
+  sender.push(2);
+  pause.resolve();
+  await nextTurn();
+  assert.deepEqual(sent, [1, 1, 2]);
+  pause.resolve();
+  await nextTurn();
+  assert.deepEqual([sent.length, pauses], [3, [2000, 2000, 80]], 'what has arrived is not sent again');
 });
 
 test('a stopped sender sends nothing', async () => {

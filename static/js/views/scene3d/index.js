@@ -81,7 +81,7 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
         if (signal.aborted) return;
         fill(notice, errorMessage(thrown));
         hasFailed = true;
-        sentKey = ''; // sent again with the next change, for example when the server is back
+        sentKey = ''; // sent again with the next change, if the sender does not repeat it
       },
     },
   );
