@@ -43,6 +43,22 @@ def test_two_confident_detections_confirm_at_once(scores: tuple[float, ...], con
     assert all(t.state == "tentative" for f in run_tracker(Tracker(three, WIDTH, HEIGHT), seen, 4) for t in f.tracks)
 
 
+@pytest.mark.parametrize(("hits", "survives"), [(1, 5), (3, 20)])
+def test_relocalisations_prolong_only_the_life_of_a_confirmed_track(hits: int, survives: int) -> None:
+    """What one weak detection shows may be no sign; a track that waits there takes the detections of another one."""
+    tracker = Tracker(PARAMS.model_copy(update={"max_undetected": 20}), WIDTH, HEIGHT)
+    for frame in range(hits):
+        tracker.step(frame, detections(approach(frame, score=0.5)))
+    undetected = 0
+    while tracker.predict():
+        tracker.associate(Detections.empty())
+        box = np.array(approach(hits + undetected)[:4])
+        tracker.correct(1, box, source="relocalised", confident=True)
+        tracker.finish(hits + undetected)
+        undetected += 1
+    assert undetected == survives + 1
+
+
 @pytest.mark.parametrize("motion", ["looming", "constant_velocity", "paper"])
 def test_boxes_without_area_neither_start_nor_move_a_track(motion: str) -> None:
     params = PARAMS.model_copy(update={"motion": motion})

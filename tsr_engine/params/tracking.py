@@ -127,7 +127,7 @@ class TrackingParams(Section):
         20, ge=0, le=600, description="frames without detection or confident relocalisation that end a confirmed track"
     )
     max_undetected: int = Field(
-        60, ge=0, le=3600, description="frames without detection that end a track even if it is relocalised"
+        60, ge=0, le=3600, description="frames without detection that end a confirmed track even if it is relocalised"
     )
     view_share: float = Field(0.4, ge=0, le=1, description="a track ends when a smaller share of its box is in view")
     score_decay: float = Field(

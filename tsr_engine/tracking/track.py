@@ -75,11 +75,12 @@ class Track:
             return True
         return hits >= params.confirm_hits and mean >= params.confirm_score
 
-    def limit(self, params: TrackingParams) -> int:
-        """Missed frames that this track survives.
+    def undetected_limit(self, params: TrackingParams) -> int:
+        """Frames without a detection that this track survives.
 
         A tentative track survives as many as still allow its confirmation by ``confirm_hits`` within the window.
+        Relocalisations do not prolong its life: what its few detections show may be no sign.
         """
         if self.state == "confirmed":
-            return params.max_coast
+            return params.max_undetected
         return min(params.max_coast, max(params.confirm_window - params.confirm_hits, 0))

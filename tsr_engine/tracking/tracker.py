@@ -273,10 +273,10 @@ class Tracker:
             may_leave = track.undetected > 0 or not self._params.open_edges
             if share < self._params.view_share and may_leave:
                 reason = f"only {share:.0%} of its box is in view"
-            elif track.missed > track.limit(self._params):
-                reason = f"{track.missed} frames without a detection or a sure relocalisation"
-            elif track.undetected > self._params.max_undetected:
+            elif track.undetected > track.undetected_limit(self._params):
                 reason = f"{track.undetected} frames without a detection"
+            elif track.missed > self._params.max_coast:
+                reason = f"{track.missed} frames without a detection or a sure relocalisation"
             else:
                 continue
             suffix = " before it was confirmed" if track.state == "tentative" else ""
