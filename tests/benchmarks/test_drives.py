@@ -66,11 +66,24 @@ def test_a_rate_comes_with_its_interval() -> None:
 
 
 def test_every_track_of_a_drive_is_reported() -> None:
-    track = {"drive": "a", "first": 3, "last": 9, "class": 14, "width": 21.4}
-    figures = {"as recorded": {"frames": 500, "drives": 2, "tracks": []}, "rain": {"frames": 500, "tracks": [track]}}
+    track = {"drive": "a", "first": 3, "last": 9, "class": 14, "width": 21.4, "on_sign": False}
+    figures = {
+        "as recorded": {"frames": 500, "drives": 2, "tracks": [track | {"on_sign": True}]},
+        "rain": {"frames": 500, "tracks": [track, track | {"on_sign": True}]},
+    }
     text = drives.EXPERIMENT.report(Result("drives", figures=figures))
-    assert "| as recorded | 500 | 0 | 0.00 | 0.00 to 7.38 |" in text
-    assert "- rain, a: frames 3 to 9, up to 21 px wide, read as stop." in text
+    assert "| as recorded | 500 | 1 | 0 | 0.00 | 0.00 to 7.38 |" in text
+    assert "| rain | 500 | 2 | 1 | 2.00 | 0.05 to 11.14 |" in text
+    assert "- as recorded, a: frames 3 to 9, up to 21 px wide, read as stop." in text
+    assert "- rain, a: frames 3 to 9, up to 21 px wide, read as stop, on no sign." in text
+
+
+def test_boxes_of_seen_signs_are_linear_between_the_stored_ones() -> None:
+    table = drives.boxes_between([{"4": [0, 0, 10, 10], "6": [4, 2, 16, 14]}, {"9": [1, 2, 3, 4]}])
+    assert table.frame.tolist() == [4, 5, 6, 9]
+    assert table.track.tolist() == [0, 0, 0, 1]
+    assert table.boxes[1].tolist() == [2.0, 1.0, 13.0, 12.0]
+    assert len(drives.boxes_between([])) == 0
 
 
 @pytest.mark.parametrize("name", WEATHERS)
