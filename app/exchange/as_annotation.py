@@ -23,8 +23,6 @@ from app.exchange.same_sign import also_covered, boxes_touch, match_by_overlap
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.exchange.filters import select_frames
 
-__all__ = ["THIN_PX", "AnnotationResult", "annotate"]
-
 THIN_PX = 0.5
 """Maximum move of an edge, px, when a track with a box in every frame is thinned to key frames."""
 

@@ -27,8 +27,6 @@ from tsr_engine.params import Params
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence, Recognition, TrackFrame
 
-__all__ = ["write_run"]
-
 _CHUNK = 1024
 _MAX_LOG_ODDS = 30.0
 """Log-odds of the scores 0 and 1."""

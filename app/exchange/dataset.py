@@ -33,8 +33,6 @@ from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["LABELS", "Source", "VideoInfo", "dataset_of", "evidence_source", "source_of", "times_of"]
-
 LABELS = shipped_set(DEFAULT)
 """The label set of a bare evidence folder, and of a new library."""
 

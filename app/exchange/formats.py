@@ -5,8 +5,6 @@ from __future__ import annotations
 from app.body_model import Model
 from tsr_engine.exchange.formats import Format, Switch
 
-__all__ = ["FormatView", "SwitchView", "format_view"]
-
 
 class SwitchView(Model):
     """An option of one format."""

@@ -20,8 +20,6 @@ from tsr_engine.exchange.untrusted_zip import entry_names, is_archive
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["ImportFile", "VideoTarget", "read_import_file", "reader_target"]
-
 HTTP_REMEDY = (
     "Map them to labels (label_map), add them to the set (unknown=add, or some of them with add), or leave "
     "their tracks out (unknown=skip)."

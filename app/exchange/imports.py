@@ -39,13 +39,6 @@ from tsr_engine.exchange.formats import ImportLimits
 from tsr_engine.exchange.track_numbers import track_numbers
 from tsr_engine.io.locks import is_locked
 
-__all__ = [
-    "ImportKind",
-    "ImportResult",
-    "ImportService",
-    "SkippedView",
-]
-
 ImportKind = Literal["annotation", "truth", "run"]
 DRAWN_BY_HAND = "drawn by hand"
 """Origin of a run without an engine and without a file."""

@@ -12,8 +12,6 @@ from app.edits.join import join
 from app.exchange.merge_import import labels_of
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["join_tracks"]
-
 
 def join_tracks(base: TrackDoc, shown: Track, others: Iterable[tuple[TrackDoc, Track]]) -> tuple[TrackDoc, Track]:
     """Add the frames of other tracks to a track, so that their boxes still come from the engine.

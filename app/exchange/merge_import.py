@@ -22,8 +22,6 @@ from tsr_engine.exchange.filters import select_frames
 from tsr_engine.exchange.thinning import key_frames, run_bounds
 from tsr_engine.labels.model import AttributeValue
 
-__all__ = ["Match", "key_frames_of", "labels_of", "match", "merge_import", "shows_same", "whole_label"]
-
 _DECIMAL_ROUNDING_PX = 0.06
 """Rounding error of formats with two decimals or percents of the picture, px."""
 _INTEGER_ROUNDING_PX = 0.51

@@ -39,8 +39,6 @@ from tsr_engine.exchange.formats import ImportLimits
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["MAX_FRAMES_IN_SERVER", "SandboxedImports", "read_in_sandbox", "store_in_sandbox", "warm_up"]
-
 _PACKED: Final = "tracks.npz"
 _MAX_BYTES_IN_SERVER: Final = 1 << 18
 """Size of arrays (some thousand boxes) up to which the server stores them itself: starting a process takes longer."""

@@ -19,8 +19,6 @@ from tsr_engine.exchange.filters import select_frames
 from tsr_engine.labels.model import AttributeValue
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["boxes_beyond", "run_tracks"]
-
 
 def run_tracks(
     folder: Path,

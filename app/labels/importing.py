@@ -15,8 +15,6 @@ from tsr_engine.labels.changes import Changed
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.plural import plural
 
-__all__ = ["import_file_labels"]
-
 
 def import_file_labels(
     service: LabelService, key: str, author: str, content: FileLabels, *, create: bool = False, file: str = ""

@@ -54,8 +54,6 @@ from tsr_engine.labels.files import SHIPPED
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.undo import undo_change
 
-__all__ = ["LabelService"]
-
 _MAX_ATTEMPTS = 50
 """Attempts to change a set while others change it too."""
 

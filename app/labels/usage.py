@@ -11,8 +11,6 @@ from app.labels.store import newest
 from app.storage.database import Database
 from app.storage.models import Run, TrackDocument, Video
 
-__all__ = ["LabelUse", "label_usage"]
-
 
 class LabelUse(Model):
     """Use of a label."""

@@ -14,8 +14,6 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 
-__all__ = ["IMAGE_FORMATS", "assert_refused", "picture_by_frame", "read_onto_drive", "write_dataset", "write_text"]
-
 IMAGE_FORMATS = ("coco", "yolo", "voc", "cvat-images", "datumaro", "gtsdb")
 
 

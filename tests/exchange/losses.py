@@ -11,8 +11,6 @@ import pytest
 from tests.exchange.small_datasets import tracks_of
 from tsr_engine.exchange.dataset import Dataset, Track
 
-__all__ = ["LOSSES", "Loss", "compare"]
-
 
 @dataclass(frozen=True)
 class Loss:

@@ -5,23 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 
-__all__ = [
-    "TEN",
-    "YAML",
-    "box",
-    "boxes_xml",
-    "coco",
-    "cocovid",
-    "region",
-    "results",
-    "roboflow",
-    "rows",
-    "save_txt",
-    "task_xml",
-    "tasks",
-    "yolo",
-]
-
 TEN = range(10, 16)
 YAML = "names:\n  0: stop\n"
 

@@ -27,6 +27,7 @@ from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.manifest import MANIFEST, read_manifest
 from tsr_engine.exchange.registry import FORMATS, complete_switches, format_named
 from tsr_engine.exchange.split import make_split
+from tsr_engine.io.unfinished import remove_leftovers
 
 VIDEO = FORMATS["cvat-video"]
 
@@ -65,7 +66,7 @@ def test_files_of_a_running_export_are_kept(tmp_path: Path) -> None:
     finally:
         os.close(handle)
     assert sorted(path.name for path in tmp_path.iterdir()) == [".out.aaaa.part", ".out2.cccc.part", "out"]
-    publish.remove_leftovers(out)
+    remove_leftovers(out)
     assert sorted(path.name for path in tmp_path.iterdir()) == [".out2.cccc.part", "out"]
 
 

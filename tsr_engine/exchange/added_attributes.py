@@ -17,8 +17,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import Attribute, AttributeKind, AttributeValue, Label, LabelSet
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["RowAttributes", "add_attributes"]
-
 RowAttributes = JsonMapping | None
 """Attributes of a row by name; None: the row has none."""
 

@@ -15,8 +15,6 @@ from tsr_engine.labels.model import MAX_LABELS, Attribute, Label, LabelSet
 from tsr_engine.labels.name_matching import comparable
 from tsr_engine.plural import plural
 
-__all__ = ["DeclaredLabel", "UnknownLabel", "UnknownLabels", "unknown_labels_error", "with_labels", "with_new_labels"]
-
 _MAX_LISTED = 8
 """Most names in the sentence of a refusal; its list has all of them."""
 _MAX_SUGGESTED = 200

@@ -15,20 +15,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import AttributeValue
 from tsr_engine.plural import plural
 
-__all__ = [
-    "attributes_as_json",
-    "frame_values",
-    "json_members",
-    "label_values",
-    "lost_attributes",
-    "original_name",
-    "parse_attributes",
-    "tool_values",
-    "track_attributes",
-    "value_as_text",
-    "written_name",
-]
-
 PREFIX: Final = "attribute:"
 """Prefix of a label's attribute whose name the format needs for something else."""
 _TOOL_NAMES: Final = frozenset(

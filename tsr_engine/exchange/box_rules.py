@@ -12,8 +12,6 @@ from tsr_engine.exchange.formats import BAD_BOXES, ImportTarget
 from tsr_engine.exchange.reading import location_of, rule_error
 from tsr_engine.plural import plural
 
-__all__ = ["NO_BOX", "BoxRules", "Edges"]
-
 Edges = tuple[float, float, float, float]
 Numbers = TypeVar("Numbers", bound=tuple[float, ...])
 

@@ -22,8 +22,6 @@ from tsr_engine.exchange.split import check_leaks
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["CROP_FORMATS", "export_dataset"]
-
 CROP_FORMATS = frozenset({"gtsrb"})
 """Formats that crop signs from their frames: a frame may serve two subsets."""
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-__all__ = ["is_system_file", "list_files", "list_json_files"]
-
 
 def list_files(folder: Path) -> list[str]:
     """Names of all files below a folder, relative, with slashes, sorted; plain strings, as there can be 100,000."""

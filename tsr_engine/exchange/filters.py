@@ -18,19 +18,6 @@ EDITED_SOURCES = frozenset({"corrected", "human"})
 """Sources of tracks that a person has edited."""
 NotInSet = Literal["leave-out", "ignore", "class"]
 
-__all__ = [
-    "EDITED_SOURCES",
-    "Filters",
-    "NotInSet",
-    "clip_dataset",
-    "clip_track",
-    "count_open_left_out",
-    "filter_dataset",
-    "only_tracks",
-    "select_frames",
-    "without_ignored",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Filters:

@@ -16,18 +16,6 @@ from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.small_file_store import SmallFileStore
 from tsr_engine.labels.model import LabelSet
 
-__all__ = [
-    "BAD_BOXES",
-    "ExportOptions",
-    "Format",
-    "ImportLimits",
-    "ImportTarget",
-    "Switch",
-    "UnknownNames",
-    "Writer",
-    "Written",
-]
-
 UnknownNames = Literal["refuse", "add", "skip"]
 Written = tuple[list[Skipped], dict[str, object]]
 """What a writer left out, and its entries for the manifest."""

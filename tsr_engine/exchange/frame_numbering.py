@@ -9,8 +9,6 @@ from typing import Final
 
 from tsr_engine.exchange.formats import Switch
 
-__all__ = ["FIRST_FRAME_SWITCH", "FoundOrigin", "NumberingScheme", "find_origin"]
-
 FIRST_FRAME_SWITCH: Final = Switch(
     "first_frame",
     ("auto", "0", "1"),

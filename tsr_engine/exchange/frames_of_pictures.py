@@ -23,8 +23,6 @@ from tsr_engine.exchange.roboflow import refuse_changed_pictures
 from tsr_engine.exchange.video_spellings import normalized_name
 from tsr_engine.plural import plural
 
-__all__ = ["frames_of_pictures"]
-
 _MAX_NAMED = 5
 """Largest number of videos that a message names."""
 

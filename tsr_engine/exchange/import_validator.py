@@ -21,8 +21,6 @@ from tsr_engine.exchange.track_rows import BOX, END, TrackRows
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["SIZE_SWITCH", "ImportValidator"]
-
 _STATES = frozenset({"open", "accepted", "rejected", "needs_work", "truth"})
 _BOXES_PER_REPORT = 2000
 """Number of boxes between two progress reports."""

@@ -12,8 +12,6 @@ from typing import Any, BinaryIO
 from tsr_engine.exchange.reading import MAX_JSON_BYTES, rule_error
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["CHUNK_BYTES", "LIST_START", "members", "read_members"]
-
 Member = tuple[str, int | None, Any]  # Any: a value of JSON
 """Key, place in its list, and value; see ``members``."""
 LIST_START = 0

@@ -18,8 +18,6 @@ from tsr_engine.labels.model import LabelSet
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["SKIPPED_LABEL", "LabelResolver", "Resolution"]
-
 SKIPPED_LABEL: Final = -(2**31)
 """Label of rows to leave out, because their name matches no label."""
 _HIDDEN_WEIGHT, _CUT_WEIGHT = 0.1, 0.2

@@ -20,8 +20,6 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.plural import plural
 
-__all__ = ["LINK_SWITCH", "MAX_GAP_FRAMES", "MIN_IOU", "UntrackedBoxes"]
-
 MIN_IOU = 0.2
 """Boxes with less overlap are two signs."""
 MAX_GAP_FRAMES = 3

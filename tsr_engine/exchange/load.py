@@ -25,8 +25,6 @@ from tsr_engine.io.atomic import storage_error
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["check_dataset", "detect_format", "read_dataset"]
-
 
 def read_dataset(
     path: Path,

@@ -28,17 +28,6 @@ from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 from tsr_engine.version import __version__
 
-__all__ = [
-    "MANIFEST",
-    "VERSION",
-    "Manifest",
-    "TrackCounts",
-    "build_manifest",
-    "count_tracks",
-    "labels_of",
-    "read_manifest",
-]
-
 MANIFEST = "manifest.json"
 VERSION = 1
 """Version of the layout; readers ignore unknown keys."""

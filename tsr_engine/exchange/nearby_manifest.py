@@ -16,16 +16,6 @@ from tsr_engine.exchange.manifest import MANIFEST, VERSION
 from tsr_engine.exchange.video_names import is_name_of, video_names
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = [
-    "ManifestSummary",
-    "find_manifest",
-    "is_named_after",
-    "is_wrapper",
-    "manifest_value",
-    "prefix_in_export",
-    "visible_entries",
-]
-
 _EXPORT_SUBFOLDERS = frozenset({"annotations", "Annotations", "gt", "det", "train", "val", "test"})
 
 

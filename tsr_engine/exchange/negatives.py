@@ -22,8 +22,6 @@ from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["move_rejected", "negative_as_json", "with_negatives"]
-
 _FLAGS = ("key", "occluded", "ignore")
 
 

@@ -16,14 +16,6 @@ from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pi
 from tsr_engine.exchange.split import subset_of, subsets_of_frames
 from tsr_engine.exchange.video_names import picture_prefixes
 
-__all__ = [
-    "IMAGE_SWITCH",
-    "PictureList",
-    "make_picture_lists",
-    "subsets_in",
-    "write_listed_pictures",
-]
-
 IMAGE_SWITCH = Switch(
     "image", ("jpg", "png"), "Format of the pictures; without pictures, the suffix of their names in the file."
 )

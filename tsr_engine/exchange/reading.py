@@ -10,17 +10,6 @@ from typing import TextIO
 
 from tsr_engine.errors import ImportFormatError, ImportProblem
 
-__all__ = [
-    "MAX_JSON_BYTES",
-    "decode_text",
-    "location_of",
-    "open_text",
-    "read_json",
-    "read_text",
-    "rule_error",
-    "too_many_error",
-]
-
 MAX_JSON_BYTES = 512 << 20
 """Largest text file that is read into memory, bytes."""
 

@@ -14,8 +14,6 @@ from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.name_matching import comparable
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["relabel_track", "resolve_merged_labels", "unite_label_sets"]
-
 
 def relabel_track(track: Track, numbers: Mapping[int, int]) -> Track:
     """The track with renumbered labels; labels missing in ``numbers`` keep theirs."""

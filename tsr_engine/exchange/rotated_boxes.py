@@ -7,8 +7,6 @@ import math
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.reading import rule_error
 
-__all__ = ["Edges", "bounding_box"]
-
 Edges = tuple[float, float, float, float]
 
 

@@ -18,18 +18,6 @@ from tsr_engine.exchange.reading import open_text, rule_error
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.labels.model import AttributeValue
 
-__all__ = [
-    "ATTRIBUTES_COLUMN",
-    "TRACK_COLUMNS",
-    "SidecarCells",
-    "SidecarRow",
-    "csv_line",
-    "finite_number",
-    "read_header",
-    "read_rows",
-    "read_sidecar",
-]
-
 TRACK_COLUMNS = ("uid", "key", "occluded", "ignore", "score", "state", "source", "note")
 """Columns about the track of a box; a format puts its own before them. Only a track's first box has a ``note``."""
 ATTRIBUTES_COLUMN = "attributes"

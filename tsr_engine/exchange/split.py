@@ -18,17 +18,6 @@ from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo
 from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = [
-    "SUBSETS",
-    "Split",
-    "check_leaks",
-    "make_split",
-    "missing_labels",
-    "subset_of",
-    "subsets_of_frames",
-    "video_key",
-]
-
 SUBSETS = ("train", "val", "test")
 NO_SPLIT = "default"
 """Name of the only subset of an export without a split."""

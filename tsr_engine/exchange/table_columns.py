@@ -17,20 +17,6 @@ from functools import lru_cache
 from tsr_engine.exchange.video_matching import is_video
 from tsr_engine.io.plain_numbers import parse_real
 
-__all__ = [
-    "CLASS_COLUMNS",
-    "COLUMN_NAMES",
-    "MISSING_VALUES",
-    "PICTURE_COLUMNS",
-    "Columns",
-    "class_of_cells",
-    "edges_of",
-    "find_columns",
-    "is_id_column",
-    "normalized",
-    "with_video",
-]
-
 COLUMN_NAMES: dict[str, tuple[str, ...]] = {
     "frame": (
         "frame", "frame_id", "frame_number", "frame_index", "frame_idx", "frame_no", "frame_num", "frame_nr",

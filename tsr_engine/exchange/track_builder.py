@@ -15,12 +15,10 @@ from tsr_engine.exchange.reading import rule_error, too_many_error
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, interpolate_rows
 from tsr_engine.track_table import NO_CLASS, IntArray
 
-__all__ = ["TrackBuilder"]
-
 _SAME_PX = 1e-6
 
 
-class CountRepair(Protocol):
+class _CountRepair(Protocol):
     """Counts a repair: what, file and line."""
 
     def __call__(self, what: str, file: str, line: int | str | None = None) -> None: ...
@@ -38,7 +36,7 @@ class TrackBuilder:
     """
 
     def __init__(
-        self, file: str, limits: ImportLimits, interpolate: bool, ids: Mapping[int, int], count: CountRepair
+        self, file: str, limits: ImportLimits, interpolate: bool, ids: Mapping[int, int], count: _CountRepair
     ) -> None:
         self._file, self._limits, self._interpolate, self._ids, self._count = file, limits, interpolate, ids, count
         self._boxes = 0

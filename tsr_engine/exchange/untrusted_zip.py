@@ -14,8 +14,6 @@ from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
 
-__all__ = ["ArchiveLimits", "entry_names", "is_archive", "open_zip"]
-
 _ENTRY_SIGNATURE = b"PK\x01\x02"
 """Signature at the start of each entry in the list."""
 _END_BYTES = 1 << 17

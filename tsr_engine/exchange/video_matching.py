@@ -22,8 +22,6 @@ from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.video_names import is_name_of, safe_stem
 
-__all__ = ["TASK_SWITCH", "VideoPart", "choose_parts", "is_video", "name_in", "name_similarity"]
-
 TASK_SWITCH = Switch(
     "task",
     ("auto",),

@@ -11,8 +11,6 @@ from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.name_matching import comparable
 from tsr_engine.plural import plural
 
-__all__ = ["Adopted", "adopt_labels"]
-
 
 @dataclass(frozen=True, slots=True)
 class Adopted:

@@ -16,20 +16,6 @@ from tsr_engine.labels.conflicts import ChangeError, NoLabelError, claims_of, re
 from tsr_engine.labels.model import MAX_LABELS, Label, LabelSet
 from tsr_engine.labels.name_matching import comparable, first_problem
 
-__all__ = [
-    "UPDATABLE",
-    "Changed",
-    "add_label",
-    "hide_label",
-    "join_words",
-    "key_of",
-    "merge_labels",
-    "next_version",
-    "set_picture",
-    "show_label",
-    "update_label",
-]
-
 UPDATABLE: Final = (
     "name",
     "short",

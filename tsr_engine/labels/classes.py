@@ -11,15 +11,6 @@ from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
 
-__all__ = [
-    "RunClasses",
-    "class_names_of",
-    "classes_of_keys",
-    "classes_of_set",
-    "default_keys",
-    "resolved_labels",
-]
-
 
 class RunClasses:
     """Maps class numbers of a model or run to labels of a set.

@@ -8,8 +8,6 @@ from tsr_engine.errors import InputError
 from tsr_engine.labels.model import Label
 from tsr_engine.labels.name_matching import comparable
 
-__all__ = ["ChangeError", "NoLabelError", "TakenError", "claims_of", "require_free", "require_unclaimed"]
-
 
 class ChangeError(InputError):
     """Raised if a change breaks a rule of label sets.

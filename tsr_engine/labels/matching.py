@@ -10,8 +10,6 @@ from typing import Literal
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.name_matching import comparable, words_of
 
-__all__ = ["How", "LabelFinder", "Match", "Suggestions", "unknown_label"]
-
 How = Literal["key", "name", "alias", "short", "number"]
 _NUMBER = re.compile(r"(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})", re.ASCII | re.IGNORECASE)
 _MIN_SIMILARITY = 0.75

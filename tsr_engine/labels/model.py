@@ -14,20 +14,6 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from tsr_engine.labels.name_matching import comparable
 
-__all__ = [
-    "MAX_LABELS",
-    "NO_LABEL",
-    "SCHEMA",
-    "Attribute",
-    "AttributeKind",
-    "AttributeValue",
-    "Category",
-    "Label",
-    "LabelSet",
-    "Shape",
-    "Teach",
-]
-
 SCHEMA: Final = 1
 """Version of the file format."""
 NO_LABEL: Final = -1

@@ -18,8 +18,6 @@ from tsr_engine.exchange.picture_sequences import ListedPicture
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["CocoHead", "Image", "find_image_frames", "missing_list_error", "read_head"]
-
 _SINGULAR: Final = {"categories": "category", "images": "image", "videos": "video"}
 _IMAGE_KEYS: Final = (
     "id",

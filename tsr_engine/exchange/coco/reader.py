@@ -22,8 +22,6 @@ from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rotated_boxes import Edges, bounding_box
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["read_coco"]
-
 _T = TypeVar("_T")
 
 _TRUE_VALUES = (True, 1, "true", "True", "1")

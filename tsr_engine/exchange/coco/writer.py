@@ -25,8 +25,6 @@ from tsr_engine.exchange.picture_lists import (
 from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import round_to_sizes
 
-__all__ = ["FORMAT"]
-
 _DECIMALS = 4
 _JSON_BOOLS = ("false", "true")
 

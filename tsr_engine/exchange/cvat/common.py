@@ -27,22 +27,6 @@ from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Attribute, AttributeValue
 
-__all__ = [
-    "SHAPES",
-    "TOOL_ATTRIBUTES",
-    "attribute_line",
-    "attribute_lines",
-    "attributes_of",
-    "box_edges",
-    "declare_labels",
-    "detect_mode",
-    "find_files",
-    "header_lines",
-    "label_lines",
-    "read_flag",
-    "source_of",
-]
-
 SHAPES = frozenset({"polygon", "polyline", "points", "ellipse", "cuboid", "skeleton", "mask"})
 """CVAT's shapes other than boxes."""
 

@@ -40,8 +40,6 @@ from tsr_engine.exchange.xml import Node, attribute, elements, number_attribute,
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["FORMAT"]
-
 _DECIMALS = 2
 _TOOL_ATTRIBUTES = TOOL_ATTRIBUTES | {"track_id"}
 

@@ -15,8 +15,6 @@ from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.exchange.xml import Node
 from tsr_engine.io.plain_numbers import parse_real, parse_whole
 
-__all__ = ["Task", "VideoTask", "tasks_of"]
-
 _STEP = re.compile(r"\s*step\s*=\s*(\d+)\s*", re.ASCII)
 
 

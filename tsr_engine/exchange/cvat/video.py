@@ -49,8 +49,6 @@ from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.plural import plural
 
-__all__ = ["FORMAT"]
-
 _DECIMALS = 2
 _ROUNDING = 0.5 * 10**-_DECIMALS
 

@@ -21,8 +21,6 @@ from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rotated_boxes import Edges, bounding_box
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["read_datumaro", "sniff_datumaro"]
-
 _TOOL_ATTRIBUTES = frozenset(
     {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation", "ignore"}
 )

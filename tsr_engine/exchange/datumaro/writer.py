@@ -22,8 +22,6 @@ from tsr_engine.exchange.picture_lists import (
 from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import round_to_sizes
 
-__all__ = ["FORMAT"]
-
 _DECIMALS = 4
 _STILL_PICTURE = 2
 """Datumaro's number for still pictures."""

@@ -17,8 +17,6 @@ from tsr_engine.exchange.reading import read_text, rule_error
 from tsr_engine.exchange.truncated_files import last_byte, report_truncated
 from tsr_engine.io.plain_numbers import parse_whole
 
-__all__ = ["GROUND_TRUTH_FILE", "PICTURE_LIST", "read_gtsdb", "sniff_gtsdb"]
-
 GROUND_TRUTH_FILE = "gt.txt"
 PICTURE_LIST = "pictures.txt"
 _BENCHMARK = NumberingScheme(0, "the benchmark's scenes begin with 00000", prefix_pattern="", digits=5)

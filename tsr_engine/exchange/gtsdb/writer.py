@@ -19,8 +19,6 @@ from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import round_to_pixels
 from tsr_engine.plural import plural
 
-__all__ = ["FORMAT"]
-
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     suffix = options.switches.get("image", "jpg")

@@ -16,8 +16,6 @@ from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.io.gtsrb import table_rows
 from tsr_engine.io.plain_numbers import parse_whole
 
-__all__ = ["SIDECAR", "SIDECAR_COLUMNS", "read_crops", "sniff_crops"]
-
 SIDECAR = "crops.csv"
 SIDECAR_COLUMNS = ("file", "video", "video_sha256", "frame", "left", "top", "picture_sha256")
 _NUMBER_COLUMNS = ("Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2", "ClassId")

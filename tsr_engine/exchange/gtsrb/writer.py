@@ -20,8 +20,6 @@ from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN, TRACK_COLUMNS, Sideca
 from tsr_engine.exchange.split import subset_of
 from tsr_engine.exchange.video_matching import TASK_SWITCH
 
-__all__ = ["BORDER_SHARE", "FORMAT", "MIN_BORDER_PX", "crop_with_border"]
-
 BORDER_SHARE = 0.1
 """Border as a share of the sign's side."""
 MIN_BORDER_PX = 5

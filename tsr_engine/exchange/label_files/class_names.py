@@ -9,8 +9,6 @@ from tsr_engine.exchange.reading import read_text, rule_error
 from tsr_engine.exchange.yolo.class_names import MAX_YAML_BYTES, quoted_name, read_class_names
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["read_names", "read_yaml_names", "write_names", "write_yaml_names"]
-
 
 def read_names(path: Path, key: str, name: str) -> FileLabels:
     """Read one name per line; the number is the line's index from 0.

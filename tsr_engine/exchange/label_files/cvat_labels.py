@@ -14,8 +14,6 @@ from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Attribute, LabelSet
 
-__all__ = ["MAX_BYTES", "read_cvat_labels", "write_cvat_labels"]
-
 MAX_BYTES: Final = 16 << 20
 _COLOUR = re.compile("#[0-9a-f]{6}")
 _UNLIMITED: Final = 10**9

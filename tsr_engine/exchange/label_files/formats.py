@@ -17,8 +17,6 @@ from tsr_engine.exchange.reading import rule_error
 from tsr_engine.labels.files import dump_set, load_set
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["LABEL_FORMATS", "LabelFormat", "format_of", "read_labels", "write_labels"]
-
 _HEAD: Final = 1 << 16
 
 

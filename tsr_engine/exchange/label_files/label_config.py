@@ -14,8 +14,6 @@ from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.xml import Node, attribute, elements, number_attribute, quote_attribute
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
-__all__ = ["MAX_BYTES", "read_label_config", "write_label_config"]
-
 MAX_BYTES: Final = 16 << 20
 _CONTROL_KINDS: Final = {"Choices": "select", "Number": "number", "TextArea": "text"}
 _RGBA: Final = re.compile(r"^\s*rgba\((.*),[^,]*\)\s*$")

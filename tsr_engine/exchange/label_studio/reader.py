@@ -15,8 +15,6 @@ from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts, name_in, name_similarity
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["TASK_FILES", "read_label_studio", "sniff_label_studio"]
-
 TASK_FILES = ("tasks.json", *(f"tasks_{name}.json" for name in SUBSETS))
 _NON_ADDRESS_KEYS = frozenset({"video", "sha256", "subset"})
 """Keys of a task that are not addresses of its video."""

@@ -12,8 +12,6 @@ from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = ["TimeCheck", "as_list", "is_rectangle", "read_region", "target_object"]
-
 
 def target_object(region: object) -> str:
     """Name of the object that a region is drawn on (``to_name``); empty: not stated."""

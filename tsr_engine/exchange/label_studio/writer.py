@@ -24,8 +24,6 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.plural import plural
 from tsr_engine.version import __version__
 
-__all__ = ["FORMAT"]
-
 _DECIMALS = 6
 
 

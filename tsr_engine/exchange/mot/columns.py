@@ -20,8 +20,6 @@ from dataclasses import dataclass
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.plural import plural
 
-__all__ = ["COLUMNS_SWITCH", "MIN_VISIBILITY", "SCORES_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "find_columns"]
-
 COLUMNS_SWITCH = Switch(
     "columns",
     ("auto", "truth", "boxmot", "results", "visdrone"),

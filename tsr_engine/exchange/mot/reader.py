@@ -25,8 +25,6 @@ from tsr_engine.exchange.truncated_files import last_byte, report_truncated
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.labels.model import AttributeValue
 
-__all__ = ["SIDECAR", "SIDECAR_COLUMNS", "read_mot", "sniff_mot"]
-
 SIDECAR = "tracks.csv"
 SIDECAR_COLUMNS = ("id", "uid", "state", "source", "note")
 _COLUMN_COUNTS = (7, 9, 10)

@@ -18,8 +18,6 @@ from tsr_engine.exchange.video_matching import name_similarity
 from tsr_engine.exchange.video_names import safe_stem
 from tsr_engine.io.plain_numbers import parse_real
 
-__all__ = ["SequenceFiles", "class_names", "find_sequences", "picture_scale"]
-
 _SEQUENCE_FILE = "seqinfo.ini"
 _SUBSETS = ("train", "val", "test")
 _GENERIC_NAME = re.compile(

@@ -27,8 +27,6 @@ from tsr_engine.exchange.track_numbers import track_numbers
 from tsr_engine.exchange.video_names import safe_stem, video_names
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["FORMAT"]
-
 _DECIMALS = 2
 
 

@@ -11,8 +11,6 @@ from tsr_engine.exchange.table_columns import edges_of
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.records import Source
 
-__all__ = ["check_pixels", "differ", "read_edges", "read_flag", "read_number", "read_score", "read_uid"]
-
 _LOG_ODDS_SOURCES = frozenset(get_args(Source))
 """Sources in rows of ``tsr track --csv``."""
 

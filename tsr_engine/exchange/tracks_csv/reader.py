@@ -38,8 +38,6 @@ from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["CLASS_NUMBERS_REPORT", "files_of_video", "read_tracks_csv", "sniff_tracks_csv"]
-
 CLASS_NUMBERS_REPORT = "The class numbers of rows without a class name were taken as the tool's"
 _SOURCES = frozenset({"engine", "corrected", "human", "truth", "imported"})
 _TEXT_COLUMNS = frozenset({"uid", "note"})

@@ -29,7 +29,6 @@ from tsr_engine.track_table import NO_CLASS
 if TYPE_CHECKING:
     from _csv import Writer
 
-__all__ = ["FORMAT", "file_names"]
 
 _RESULT_COLUMNS = RESULT_HEADER.split(",")
 _GROUND_TRUTH_COLUMNS = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")

@@ -35,8 +35,6 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["read_tracks_json", "sniff_tracks_json"]
-
 _BOX_KEYS = (("box", False), ("xyxy", False), ("bbox", True), ("xywh", True))
 """Keys of a box, and whether its four numbers are a corner with a size."""
 _ID_KEYS = (*COLUMN_NAMES["track"], "uid")

@@ -27,8 +27,6 @@ from tsr_engine.exchange.voc.small_xml import MAX_SMALL_BYTES, XmlNode, small_el
 from tsr_engine.exchange.xml import elements
 from tsr_engine.io.plain_numbers import parse_real
 
-__all__ = ["annotation_folder", "read_voc"]
-
 _ELEMENTS = ("filename", "folder", "path", "size", "object")
 _CORNERS = ("xmin", "ymin", "xmax", "ymax")
 _TRUE_VALUES = ("1", "true", "True")

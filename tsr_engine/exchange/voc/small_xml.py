@@ -17,8 +17,6 @@ from defusedxml.ElementTree import XMLParser
 
 from tsr_engine.exchange.xml import MAX_DEPTH
 
-__all__ = ["MAX_SMALL_BYTES", "SmallNode", "XmlNode", "small_elements"]
-
 MAX_SMALL_BYTES: Final = 1 << 16
 """Largest file that is read at once, bytes."""
 

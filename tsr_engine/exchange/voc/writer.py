@@ -30,8 +30,6 @@ from tsr_engine.exchange.xml import escape_text
 from tsr_engine.labels.model import AttributeValue
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["FORMAT"]
-
 _DECIMALS = 2
 _BOX = "<bndbox><xmin>{0}</xmin><ymin>{0}</ymin><xmax>{0}</xmax><ymax>{0}</ymax></bndbox>"
 _KEY = tuple(f"<attribute><name>keyframe</name><value>{word}</value></attribute>" for word in ("false", "true"))

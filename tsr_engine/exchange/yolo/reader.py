@@ -32,8 +32,6 @@ from tsr_engine.exchange.yolo.row_shapes import YoloLine, YoloRow, rows_to_boxes
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.plural import plural
 
-__all__ = ["SIDECAR", "SIDECAR_COLUMNS", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]
-
 SIDECAR = "tracks.csv"
 SIDECAR_COLUMNS = ("file", "line", "row")
 YAML_FILES = ("data.yaml", "dataset.yaml", "data.yml")

@@ -16,8 +16,6 @@ from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.plural import plural
 
-__all__ = ["YoloLine", "YoloRow", "rows_to_boxes"]
-
 _MIN_COORDINATE, _MAX_COORDINATE = -0.01, 1.01
 """Largest relative coordinate that Ultralytics accepts; the excess is rounding, clipped at the edge."""
 _MIN_BOX_VALUES = (_MIN_COORDINATE, _MIN_COORDINATE, -inf, -inf)

@@ -19,8 +19,6 @@ from tsr_engine.exchange.yolo.class_names import quoted_name
 from tsr_engine.exchange.yolo.reader import SIDECAR, SIDECAR_COLUMNS, YAML_FILES, is_label_file, label_files, read_yolo
 from tsr_engine.plural import plural
 
-__all__ = ["FORMAT"]
-
 _DECIMALS = 8
 
 
