@@ -24,16 +24,7 @@ from app.labels.commands import (
 )
 from app.labels.pictures import picture_exists, store_picture
 from app.labels.references import is_imported, referenced_ids, videos_using
-from app.labels.store import (
-    added_by,
-    append,
-    at_version,
-    default_key,
-    history,
-    labels_of_video,
-    newest,
-    set_keys,
-)
+from app.labels.store import added_by, append, at_version, default_key, history, labels_of_video, newest, set_keys
 from app.labels.views import Change, LabelSetView, LabelVersion, LabelView, label_view
 from app.storage.database import Database
 from app.storage.models import LabelSetDefault, LabelSetVersion, Video

@@ -214,10 +214,7 @@ def test_pictures_of_another_size(read_file: Read) -> None:
         (one_track('<box frame="1"/>'), "line 3: <box> must have xtl"),
         (one_track(BOX.format(1, "yes", 0, 20)), "line 3: keyframe of <box> must be 0 or 1. Got 'yes'"),
         (one_track(BOX.format(1, 1, 2, 20)), "line 3: outside of <box> must be 0 or 1"),
-        (
-            one_track(BOX.format(1, 1, 0, 20), BOX.format(100, 1, 0, 20)),
-            "line 4: frame 100 must be in 0 to 99",
-        ),
+        (one_track(BOX.format(1, 1, 0, 20), BOX.format(100, 1, 0, 20)), "line 4: frame 100 must be in 0 to 99"),
         (one_track(BOX.format(-1, 1, 0, 20)), "line 3: frame -1"),
         (one_track(BOX.format("1.5", 1, 0, 20)), "line 3: frame 1.5"),
         (one_track(BOX.format(10**9, 1, 1, 20)), "line 3: frame 1000000000"),
@@ -226,10 +223,7 @@ def test_pictures_of_another_size(read_file: Read) -> None:
         (one_track(BOX.format(1, 1, 0, "5")), "line 3: box .* positive width"),
         (one_track(BOX.format(1, 1, 0, "wide")), "line 3: xbr of <box> must be a number. Got 'wide'"),
         (one_track('<box frame="1" keyframe="1" xtl="1" ytl="1" xbr="9"/>'), "line 3: <box> must have ybr"),
-        (
-            one_track(BOX.format(1, 1, 0, 20), BOX.format(1, 1, 0, 21)),
-            "line 4: track 'cvat-0' has a second",
-        ),
+        (one_track(BOX.format(1, 1, 0, 20), BOX.format(1, 1, 0, 21)), "line 4: track 'cvat-0' has a second"),
         (SAMPLE.replace("0.93", "high"), "line 6: the attribute score must be a number"),
         (SAMPLE.replace("0.93", "7"), "line 6: score 7.0 must be in 0 to 1"),
         (SAMPLE.replace("640", "wide"), "line 4: <original_size> must have"),

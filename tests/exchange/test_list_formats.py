@@ -157,12 +157,7 @@ def test_yolo_leaves_out_ignored_boxes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("sixth", "kind"),
-    [
-        (("7", "8"), "track ids"),
-        (("0.9", "1"), "confidences"),
-        (("1", "1"), "confidences"),
-        (("0", "1"), "track ids"),
-    ],
+    [(("7", "8"), "track ids"), (("0.9", "1"), "confidences"), (("1", "1"), "confidences"), (("0", "1"), "track ids")],
 )
 def test_yolo_with_six_columns_is_reported(tmp_path: Path, sixth: tuple[str, str], kind: str) -> None:
     rows = [f"0 0.{index + 2} 0.5 0.1 0.1 {number}\n" for index, number in enumerate(sixth)]

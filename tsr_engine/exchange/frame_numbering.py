@@ -95,7 +95,7 @@ def find_origin(
     if len(fits) == 2:
         raise fail(
             f"{what} ({_span(lowest, highest)}) fit a count from 0 and one from 1, and nothing says which it is. "
-            "Import with first_frame=0 or first_frame=1.",
+            "Import with first_frame=0 or first_frame=1."
         )
     return FoundOrigin(0 if scheme is None else scheme.origin)
 

@@ -18,15 +18,7 @@ _ENTRY_SIGNATURE = b"PK\x01\x02"
 """Signature at the start of each entry in the list."""
 _END_BYTES = 1 << 17
 """Largest block that the search for an archive's end reads at once, bytes."""
-_ZIP_ERRORS = (
-    zipfile.BadZipFile,
-    zlib.error,
-    EOFError,
-    NotImplementedError,
-    struct.error,
-    ValueError,
-    OverflowError,
-)
+_ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, struct.error, ValueError, OverflowError)
 """Exceptions of zipfile for invalid or unsupported archives; bad names raise ValueError."""
 
 

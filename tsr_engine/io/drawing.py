@@ -64,11 +64,7 @@ class Canvas:
             a = start + along * offset
             b = start + along * min(length, offset + self.px(dash))
             cv2.line(
-                self.picture,
-                tuple(int(v) for v in a.round()),
-                tuple(int(v) for v in b.round()),
-                colour,
-                self.px(1.4),
+                self.picture, tuple(int(v) for v in a.round()), tuple(int(v) for v in b.round()), colour, self.px(1.4)
             )
 
     def draw_panel(self, area: Rectangle, opacity: float = 0.72) -> None:

@@ -82,12 +82,7 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
     """The text of each item of a subset."""
     video, rows = part.video, part.rows
     track_fields = [
-        json.dumps(
-            {
-                "track_id": part.first_track + index + 1,
-                **track_attributes(info),
-            },
-        )[1:-1]
+        json.dumps({"track_id": part.first_track + index + 1, **track_attributes(info)})[1:-1]
         for index, info in enumerate(rows.tracks)
     ]
     boxes = round_to_sizes(rows.table.boxes, _DECIMALS, video.width, video.height)

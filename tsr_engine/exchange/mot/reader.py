@@ -87,11 +87,7 @@ def _read_sequence(
             rows.append(
                 (
                     line,
-                    (
-                        *values_without_box[:2],
-                        *(parse_real(cells[at]) for at in _BOX_COLUMNS),
-                        *values_without_box[6:],
-                    ),
+                    (*values_without_box[:2], *(parse_real(cells[at]) for at in _BOX_COLUMNS), *values_without_box[6:]),
                 )
             )
         except ValueError:

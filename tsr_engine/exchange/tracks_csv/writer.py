@@ -144,10 +144,6 @@ FORMAT = Format(
         Switch("layout", ("full", "results", "truth"), "All columns, those of tsr track, or those of ground truth."),
         Switch("formulas", ("plain", "quoted"), "Quote cells that a spreadsheet would take for formulas."),
     ),
-    import_switches=(
-        FIRST_FRAME_SWITCH,
-        TASK_SWITCH,
-        LINK_SWITCH,
-    ),
+    import_switches=(FIRST_FRAME_SWITCH, TASK_SWITCH, LINK_SWITCH),
     docs="tracks-csv.md",
 )

@@ -99,11 +99,6 @@ FORMAT = Format(
     write=_write,
     read=read_tracks_json,
     sniff=sniff_tracks_json,
-    import_switches=(
-        FIRST_FRAME_SWITCH,
-        TASK_SWITCH,
-        SIZE_SWITCH,
-        LINK_SWITCH,
-    ),
+    import_switches=(FIRST_FRAME_SWITCH, TASK_SWITCH, SIZE_SWITCH, LINK_SWITCH),
     docs="tracks-json.md",
 )

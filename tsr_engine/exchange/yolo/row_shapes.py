@@ -125,17 +125,13 @@ def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow
     polygon = len(values) > _AMBIGUOUS_COUNT or (len(values) == _AMBIGUOUS_COUNT and triangles)
     if polygon and len(values) % 2:
         raise rule_error(
-            line.file,
-            line.line,
-            f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers.",
+            line.file, line.line, f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers."
         )
     for value, minimum in zip(values, repeat(_MIN_COORDINATE) if polygon else _MIN_BOX_VALUES, strict=False):
         if not minimum <= value <= _MAX_COORDINATE:
             hint = "They look like pixels; divide by width and height." if value > 2 else "Correct it."
             raise rule_error(
-                line.file,
-                line.line,
-                f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}",
+                line.file, line.line, f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}"
             )
     extra_values: tuple[float, ...] = ()
     if polygon:

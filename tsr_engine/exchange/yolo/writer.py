@@ -59,7 +59,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
             Skipped(
                 plural(left_out, "box", "boxes") + " to ignore",
                 "YOLO has no such mark; these regions count as background.",
-            ),
+            )
         )
     return skipped, {"origin": 0, "decimals": _DECIMALS, "columns": 5, "tracks": SIDECAR, "pictures": pictures}
 
