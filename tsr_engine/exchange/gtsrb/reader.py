@@ -78,6 +78,7 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
             line=line,
             key=entry.key,
             occluded=entry.occluded,
+            ignore=entry.ignore,
             score=entry.score,
             attributes=entry.attributes,
         )
