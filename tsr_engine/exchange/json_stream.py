@@ -40,7 +40,7 @@ def members(path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES)
     file = path.name if name is None else name
     size = path.stat().st_size
     if size > limit:
-        raise rule_error(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.")
+        raise rule_error(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.", "too_large")
     with path.open("rb") as stream:
         text = _Text(stream, file)
         first = text.peek()
