@@ -46,7 +46,7 @@ def test_every_name_of_the_43_finds_the_same_label() -> None:
     """A library that switches between the sets reads files as before."""
     old, new = LabelFinder(shipped_set("gtsrb-43")), LabelFinder(VIENNA)
     for label in shipped_set("gtsrb-43"):
-        words = [label.key, label.name, *label.aliases, str(label.id), f"class {label.id}"]
+        words = [*label.words, str(label.id), f"class {label.id}"]
         if not label.short.isdigit():  # bare numbers are ids
             words.append(label.short)
         for word in words:
@@ -57,7 +57,7 @@ def test_every_name_of_the_43_finds_the_same_label() -> None:
 
 
 def test_no_short_name_is_the_name_of_another() -> None:
-    words = {comparable(word): label.key for label in VIENNA for word in (label.key, label.name, *label.aliases)}
+    words = {comparable(word): label.key for label in VIENNA for word in label.words}
     shorts = {comparable(label.short): label.key for label in VIENNA}
     assert len(shorts) == len(VIENNA)
     assert not {short: key for short, key in shorts.items() if words.get(short, key) != key}

@@ -17,17 +17,7 @@ from tsr_engine.labels.model import MAX_LABELS, Label, LabelSet
 from tsr_engine.labels.name_matching import comparable, first_problem
 
 UPDATABLE: Final = (
-    "name",
-    "short",
-    "aliases",
-    "shape",
-    "category",
-    "attributes",
-    "teach",
-    "colour",
-    "size_mm",
-    "mirror",
-    "pinned",
+    *("name", "short", "aliases", "shape", "category", "attributes", "teach", "colour", "size_mm", "mirror", "pinned"),
 )
 """Fields that :func:`update_label` can change."""
 _MAX_KEY_LENGTH = 80

@@ -100,9 +100,9 @@ def class_names_of(keys: Sequence[str] | None) -> tuple[str, ...]:
     Args:
         keys: by class number; None: those of ``gtsrb-43``.
     """
-    shipped = shipped_set(DEFAULT)
-    known = [shipped.by_key(key) for key in (default_keys() if keys is None else keys)]
-    return tuple(key if label is None else label.name for key, label in zip(keys or default_keys(), known, strict=True))
+    keys = default_keys() if keys is None else keys
+    known = map(shipped_set(DEFAULT).by_key, keys)
+    return tuple(key if label is None else label.name for key, label in zip(keys, known, strict=True))
 
 
 def default_keys() -> tuple[str, ...]:

@@ -69,7 +69,7 @@ def claims_of(labels: Iterable[Label]) -> dict[str, Label]:
     claims: dict[str, Label] = {}
     for label in labels:
         if label.merged_into is None:
-            for word in (label.key, label.name, *label.aliases):
+            for word in label.words:
                 claims.setdefault(comparable(word), label)
     return claims
 
