@@ -99,6 +99,13 @@ def write_text(folder: Path, name: str, text: str) -> Path:
     return path
 
 
+def yolo_folder(folder: Path, lines: str, *, names: str = "names: [stop, yield]\n", frame: int = 10) -> Path:
+    """Write the label file of one picture, and ``data.yaml``."""
+    write_text(folder, f"labels/train/frame_{frame:06d}.txt", lines)
+    write_text(folder, "data.yaml", names)
+    return folder
+
+
 def read_onto_drive(path: Path, format: str | None = None, **switches: str) -> Dataset:
     """Read it onto ``drive.mp4``, 100 frames at 25 frames a second."""
     return read_dataset(path, target_of(make_dataset(), switches=switches), None if format is None else FORMATS[format])

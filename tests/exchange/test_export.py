@@ -143,13 +143,6 @@ def test_a_leaking_split_is_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("format", ["cvat-video", "cvat-images", "datumaro", "label-studio"])
-def test_the_same_data_gives_the_same_bytes(tmp_path: Path, format: str) -> None:
-    for name in ("a.zip", "b.zip"):
-        export_dataset(make_dataset(), FORMATS[format], tmp_path / name, zipped=True)
-    assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
-
-
 def test_content_of_the_manifest(tmp_path: Path) -> None:
     first, second = make_track("m1", range(10, 14)), make_track("m2", range(20, 22), label=-1)
     late = make_track("m3", range(50, 55), label=1, boxes=np.tile([600.0, 10, 700, 50], (5, 1)))

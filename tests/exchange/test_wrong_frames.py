@@ -12,20 +12,18 @@ import re
 import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.exchange.small_datasets import GTSRB, make_track, make_video, target_of
+from tests.exchange.small_datasets import GTSRB, make_track, make_video, target_of, write_grey_video
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
-from tsr_engine.io.video_writer import VideoWriter
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 16
 PICTURES = ("cvat-images", "coco", "yolo", "voc", "gtsdb", "datumaro")
@@ -97,11 +95,7 @@ def _never_silent(found: Outcome, plain: Outcome, what: object = "") -> None:
 
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("silent") / "drive.mp4"
-    with VideoWriter(path, WIDTH, HEIGHT, Fraction(25)) as writer:
-        for k in range(FRAMES):
-            writer.write(np.full((HEIGHT, WIDTH, 3), 10 * k, dtype=np.uint8))
-    return path
+    return write_grey_video(tmp_path_factory.mktemp("silent") / "drive.mp4", WIDTH, HEIGHT, FRAMES)
 
 
 def _tracks(frames: Iterable[int], offset: tuple[float, float] = (0, 0)) -> list[Track]:
@@ -217,10 +211,7 @@ def test_a_file_that_names_another_video_is_reported(name: str, other: str, clip
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_pictures_of_another_size_are_refused(name: str, clip: Path, tmp_path: Path) -> None:
     wide = 2 * WIDTH, 2 * HEIGHT
-    big = tmp_path / "big.mp4"
-    with VideoWriter(big, *wide, Fraction(25)) as writer:
-        for _ in range(FRAMES):
-            writer.write(np.zeros((wide[1], wide[0], 3), dtype=np.uint8))
+    big = write_grey_video(tmp_path / "big.mp4", *wide, FRAMES)
     inside = _video(_tracks(range(3, 9)), big, width=wide[0], height=wide[1])
     found = _read(_exported(name, tmp_path / "inside", inside), _video(), name)
     assert name in NAMES_NO_SIZE or f"{wide[0]}x{wide[1]}" in found.refused
@@ -233,10 +224,7 @@ def test_pictures_of_another_size_are_refused(name: str, clip: Path, tmp_path: P
 
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_a_file_of_a_longer_video_is_reported(name: str, tmp_path: Path) -> None:
-    long = tmp_path / "long.mp4"
-    with VideoWriter(long, WIDTH, HEIGHT, Fraction(25)) as writer:
-        for k in range(2 * FRAMES):
-            writer.write(np.full((HEIGHT, WIDTH, 3), 4 * k, dtype=np.uint8))
+    long = write_grey_video(tmp_path / "long.mp4", WIDTH, HEIGHT, 2 * FRAMES)
     beyond = _video(_tracks(range(FRAMES - 6, FRAMES + 6)), long, frames=2 * FRAMES)
     found = _read(_exported(name, tmp_path / "beyond", beyond), _video(), name)
     assert found.refused or len(found.reported) > 1, found

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pydantic import ValidationError
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.labels.changes import key_of, next_version
 from tsr_engine.labels.conflicts import ChangeError
@@ -55,7 +56,7 @@ class UnknownLabel:
     suggestions: tuple[Label, ...]
     similar: bool
     frame: int
-    box: tuple[float, float, float, float]
+    box: Edges
     location: str
 
 
@@ -125,7 +126,7 @@ def with_new_labels(
     ids: dict[str, int] = {}
     known: dict[str, int] = {}
     added: list[Label] = []
-    used_names = {comparable(word) for label in labels for word in (label.key, label.name, *label.aliases)}
+    used_names = {comparable(word) for label in labels for word in label.words}
     for name in names:
         normalized_name = comparable(name)
         if normalized_name in known:

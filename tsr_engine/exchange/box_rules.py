@@ -21,6 +21,11 @@ _ROUNDING_PX = 0.011
 """Tolerance in px: rounded numbers may exceed the picture by half of their last digit."""
 
 
+def scaled(edges: Edges, scale: tuple[float, float]) -> Edges:
+    """Edges times the factors of x and y."""
+    return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]
+
+
 class BoxRules:
     """Refuses boxes that break the rules, or leaves them out and counts them.
 

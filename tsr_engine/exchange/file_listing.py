@@ -21,6 +21,17 @@ def list_files(folder: Path) -> list[str]:
     return sorted(out)
 
 
+def head_of(file: Path, size: int = 1 << 14) -> bytes:
+    """The first ``size`` bytes of a file."""
+    with file.open("rb") as stream:
+        return stream.read(size)
+
+
+def first_row(file: Path) -> str:
+    """The first line of a text file that is not empty, of the first 4096 bytes; empty: there is none."""
+    return next((line for line in head_of(file, 1 << 12).decode("latin-1").splitlines() if line.strip()), "")
+
+
 def is_system_file(name: str) -> bool:
     """Whether an operating system left the file, by its name with slashes; macOS writes a ``._`` twin of many files."""
     first, _, _ = name.partition("/")

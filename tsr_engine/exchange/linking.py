@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.geometry.boxes import iou
@@ -36,7 +37,7 @@ LINK_SWITCH = Switch(
 @dataclass(frozen=True, slots=True)
 class _Box:
     frame: int
-    edges: tuple[float, float, float, float]
+    edges: Edges
     label: int
     line: int | str | None
     key: bool
@@ -61,7 +62,7 @@ class UntrackedBoxes:
     def add(
         self,
         frame: int,
-        edges: tuple[float, float, float, float],
+        edges: Edges,
         label: int,
         *,
         file: str,

@@ -5,6 +5,7 @@ Only this part is kept, because a manifest lists every frame and every file of i
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from tsr_engine.json_shapes import JsonMapping
 _EXPORT_SUBFOLDERS = frozenset({"annotations", "Annotations", "gt", "det", "train", "val", "test"})
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class ManifestSummary:
     """The part of a manifest that readers need.
 
@@ -27,9 +29,8 @@ class ManifestSummary:
         videos: its videos without frame tables.
     """
 
-    def __init__(self, format: JsonMapping, videos: tuple[JsonMapping, ...]) -> None:
-        self.format = format
-        self.videos = videos
+    format: JsonMapping
+    videos: tuple[JsonMapping, ...]
 
     def entry(self, video: DatasetVideo) -> JsonMapping | None:
         """The entry of a video: by hash, else the only one with its name; None: there is none."""

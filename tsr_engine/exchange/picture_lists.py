@@ -84,14 +84,6 @@ def make_picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: fl
     return out
 
 
-def subsets_in(lists: list[PictureList], options: ExportOptions) -> list[str]:
-    """Names of the subsets to write in their usual order, with all subsets of a split, even empty ones."""
-    if not options.split:
-        return ["default"]
-    wanted = set(options.split.values()) | {name for part in lists for name in part.subset}
-    return [name for name in ("train", "val", "test") if name in wanted]
-
-
 def write_listed_pictures(
     lists: list[PictureList], out: OutputSink, options: ExportOptions, name: Callable[[PictureList, int, str], str]
 ) -> list[WrittenPicture]:

@@ -72,17 +72,13 @@ def open_zip(path: Path, limits: ArchiveLimits) -> Iterator[zipfile.ZipFile]:
         raise ImportFormatError(f"{path.name}: the archive is damaged: {e.strerror}. Pack it again.") from None
 
 
-def entry_names(path: Path, limits: ArchiveLimits | None = None) -> list[str]:
+def entry_names(path: Path) -> list[str]:
     """The names in an archive as stored; nothing is unpacked, and names may be unsafe.
-
-    Args:
-        path: the archive.
-        limits: limits of the list; unset: ``ArchiveLimits()``.
 
     Raises:
         ImportFormatError: not an archive, over a limit, or damaged.
     """
-    with open_zip(path, ArchiveLimits() if limits is None else limits) as archive:
+    with open_zip(path, ArchiveLimits()) as archive:
         return archive.namelist()
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import get_args
 
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.table_columns import edges_of
 from tsr_engine.io.plain_numbers import parse_real
@@ -23,7 +24,7 @@ def differ(one: str, other: str) -> bool:
         return False
 
 
-def read_edges(cells: Mapping[str, str], is_own_table: bool, file: str, line: int) -> tuple[float, float, float, float]:
+def read_edges(cells: Mapping[str, str], is_own_table: bool, file: str, line: int) -> Edges:
     """Read the edges of the box, px.
 
     Raises:
@@ -49,9 +50,7 @@ def read_edges(cells: Mapping[str, str], is_own_table: bool, file: str, line: in
     return edges if is_own_table else check_pixels(edges, file, line)
 
 
-def check_pixels(
-    edges: tuple[float, float, float, float], file: str, line: int | str
-) -> tuple[float, float, float, float]:
+def check_pixels(edges: Edges, file: str, line: int | str) -> Edges:
     """Return a box in px; a box within the first pixel has relative coordinates.
 
     Raises:

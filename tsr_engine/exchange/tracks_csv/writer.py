@@ -19,7 +19,7 @@ from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN
-from tsr_engine.exchange.split import SUBSETS, subset_of
+from tsr_engine.exchange.split import names_of_subsets, subset_of
 from tsr_engine.exchange.track_numbers import track_numbers
 from tsr_engine.exchange.tracks_csv.reader import read_tracks_csv, sniff_tracks_csv
 from tsr_engine.exchange.video_matching import TASK_SWITCH
@@ -38,9 +38,11 @@ _FORMULA = re.compile(r"[=+\-@\t\r]")
 
 def file_names(dataset: Dataset, options: ExportOptions, suffix: str) -> list[list[tuple[str, str]]]:
     """The files of each video: subset (``default`` without split) and name."""
-    subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
     return [
-        [(subset, (f"{subset}/" if options.split else "") + name + suffix) for subset in subsets]
+        [
+            (subset, (f"{subset}/" if options.split else "") + name + suffix)
+            for subset in names_of_subsets(options.split)
+        ]
         for name in video_names(dataset.videos)
     ]
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import repeat
 from math import inf
 
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.plural import plural
@@ -25,8 +26,8 @@ _AMBIGUOUS_COUNT = 6
 
 
 @dataclass(frozen=True, slots=True)
-class _RowLocation:
-    """A row's place, text and class.
+class YoloLine:
+    """A row as in the file.
 
     Attributes:
         file: label file, relative to the folder.
@@ -34,6 +35,7 @@ class _RowLocation:
         frame: ordinal.
         text: the row.
         label: class number.
+        values: finite numbers after the class, four or more.
     """
 
     file: str
@@ -41,21 +43,11 @@ class _RowLocation:
     frame: int
     text: str
     label: int
-
-
-@dataclass(frozen=True, slots=True)
-class YoloLine(_RowLocation):
-    """A row as in the file.
-
-    Attributes:
-        values: finite numbers after the class, four or more.
-    """
-
     values: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class YoloRow(_RowLocation):
+class YoloRow(YoloLine):
     """A box.
 
     Attributes:
@@ -63,7 +55,7 @@ class YoloRow(_RowLocation):
         extra_values: columns after the box: none, one to be reported, or confidence and track id.
     """
 
-    edges: tuple[float, float, float, float]
+    edges: Edges
     extra_values: tuple[float, ...]
 
 
@@ -144,4 +136,4 @@ def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow
         extra_values = values[4:]
     video = validator.target.video
     edges = (x1 * video.width, y1 * video.height, x2 * video.width, y2 * video.height)
-    return YoloRow(line.file, line.line, line.frame, line.text, line.label, edges, extra_values)
+    return YoloRow(line.file, line.line, line.frame, line.text, line.label, values, edges, extra_values)
