@@ -27,9 +27,9 @@ def _mot_rows(extra: str, *, id: str = "4", mark: str = ",", frames: range = ran
     ).replace(",", mark)
 
 
-def _write_sequence(folder: Path, extra: str = "1,1,1") -> None:
+def _write_sequence(folder: Path) -> None:
     """A sequence of stop signs."""
-    write_text(folder, "gt/gt.txt", _mot_rows(extra))
+    write_text(folder, "gt/gt.txt", _mot_rows("1,1,1"))
     write_text(folder, "gt/labels.txt", "stop\n")
 
 
@@ -132,6 +132,7 @@ def test_boxmots_ninth_column_is_a_score(tmp_path: Path) -> None:
     [
         ("gt.txt", "1,1,0.412|1,1,0.878", 3),
         ("drive/gt/gt.txt", "1,1,0.2", 6),
+        ("drive/gt/gt.txt", "1,1,0", 6),
         ("drive.txt", "1,1,1|1,1,0.25", 3),
         ("drive.txt", "1,1,1|1,1,0", 3),
     ],
@@ -215,12 +216,6 @@ def test_sequences_of_other_videos_are_listed(tmp_path: Path) -> None:
     assert [item.reason for item in found.skipped] == ["They are not about drive.mp4: other."]
 
 
-def test_the_error_about_frame_zero_names_the_option(tmp_path: Path) -> None:
-    path = write_text(tmp_path, "gt.txt", _mot_rows("1,1,1", frames=range(3)))
-    with pytest.raises(ImportFormatError, match="frame 0 must be in 1 to 100.*first_frame=0"):
-        _read(path)
-
-
 @pytest.mark.parametrize(
     ("frames", "reported"), [(range(1, 5), False), (range(2, 5), True), (range(2, 101), False), (range(1, 101), False)]
 )
@@ -252,11 +247,6 @@ def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
     (track,) = tracks_of(found).values()
     assert np.isnan(track.score).tolist() == [True, False, True, False]
     assert _reported(found, "Scores outside 0 to 1 were left out: 2", "line 1")
-
-
-def test_a_column_of_zero_visibility_is_reported(tmp_path: Path) -> None:
-    _write_sequence(tmp_path, "1,1,0")
-    assert _reported(_read(tmp_path), "Column 9 was taken as the visibility, 6 boxes")
 
 
 def test_a_sequence_at_another_frame_rate_is_reported(tmp_path: Path) -> None:

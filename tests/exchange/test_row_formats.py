@@ -90,7 +90,7 @@ def test_mot_scores_are_exported_as_detections(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("row", "words"),
     [
-        ("0,1,10,10,20,20,1,15,1", ("line 1", "1 to 100", "0 or 1")),
+        ("0,1,10,10,20,20,1,15,1", ("line 1", "frame 0 must be in 1 to 100", "first_frame=0")),
         ("101,1,10,10,20,20,1,15,1", ("line 1", "1 to 100")),
         ("1,1,nan,10,20,20,1,15,1", ("line 1", "finite")),
         ("1,1,10,10,-20,20,1,15,1", ("line 1", "positive width")),

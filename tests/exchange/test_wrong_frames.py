@@ -252,16 +252,6 @@ def test_ambiguous_frame_numbers_are_reported(name: str, by: int, clip: Path, tm
 
 
 @pytest.mark.parametrize("name", PICTURES)
-@pytest.mark.parametrize("stem", ["", "img_", "drive_", "drive-", "frame"])
-def test_pictures_counted_from_one_are_read_and_reported(name: str, stem: str, clip: Path, tmp_path: Path) -> None:
-    video = _video(_tracks(range(FRAMES)), clip)
-    plain = _read(_exported(name, tmp_path / "plain", video), _video(), name)
-    found = _read(_as_others_name(name, _exported(name, tmp_path / "moved", video), stem, 1), _video(), name)
-    assert found.boxes == plain.boxes, found
-    assert "from 1" in " ".join(found.reported)
-
-
-@pytest.mark.parametrize("name", PICTURES)
 @pytest.mark.parametrize("stem", ["", "img_", "drive_", "frame"])
 @pytest.mark.parametrize("origin", [0, 1])
 def test_pictures_whose_numbers_fit_both_counts(name: str, stem: str, origin: int, clip: Path, tmp_path: Path) -> None:
@@ -271,21 +261,6 @@ def test_pictures_whose_numbers_fit_both_counts(name: str, stem: str, origin: in
     found = _read(out, _video(), name)
     assert "first_frame" in found.refused + " ".join(found.reported), found
     assert _read(out, _video(), name, first_frame=str(origin)).boxes == plain.boxes
-
-
-@pytest.mark.parametrize("name", PICTURES)
-@pytest.mark.parametrize(
-    "called", ["0a1b2c3d4e5f60718293a4b5c6d7e{:03d}", "3f2504e0-4f89-11d3-9a0c-0305e82c3{:03d}", "20240501_1230{:02d}"]
-)
-def test_hashes_and_dates_are_not_frame_numbers(name: str, called: str, clip: Path, tmp_path: Path) -> None:
-    out = _exported(name, tmp_path / "out", _video(_tracks(range(3, 9)), clip))
-    _as_others_name(name, out, "frame_" if name != "gtsdb" else "")
-    pattern = re.compile(r"\b(\d{5})(?=\.jpg)" if name == "gtsdb" else r"\bframe_(\d{6})")
-
-    def renamed(text: str) -> str:
-        return pattern.sub(lambda found: called.format(int(found[1])), text)
-
-    assert _read(_changed(out, renamed, renamed), _video(), name).refused
 
 
 def _cut_positions(size: int, most: int = 24) -> list[int]:
