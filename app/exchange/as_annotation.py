@@ -127,7 +127,8 @@ def annotate(
         dense_ones = plural(thinned, "track with a box of its own in every frame was", many)
         result.repaired.append(f"{dense_ones} thinned to key frames; no edge moves by more than {THIN_PX} px.")
     if ignored:
-        result.skipped.append(Skipped(f"{ignored} boxes that are to be ignored", "an annotation has no such regions"))
+        boxes = plural(ignored, "box that is to be ignored", "boxes that are to be ignored")
+        result.skipped.append(Skipped(boxes, "An annotation has no such regions."))
     return result
 
 

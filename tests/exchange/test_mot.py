@@ -213,7 +213,9 @@ def test_sequences_of_other_videos_are_listed(tmp_path: Path) -> None:
         _write_sequence(tmp_path / name)
     found = _read(tmp_path)
     assert list(tracks_of(found)) == ["track4"]
-    assert [item.reason for item in found.skipped] == ["They are not about drive.mp4: other."]
+    (left,) = found.skipped
+    assert left.what.endswith(": 1 sequence")
+    assert left.reason == "They are not about drive.mp4: other."
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from tsr_engine.exchange.truncated_files import last_byte, report_truncated
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.io.gtsrb import table_rows
 from tsr_engine.io.plain_numbers import parse_whole
+from tsr_engine.plural import plural
 
 SIDECAR = "crops.csv"
 SIDECAR_COLUMNS = ("file", "video", "video_sha256", "frame", "left", "top", "picture_sha256")
@@ -67,11 +68,11 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         edges = (left + x1, top + y1, left + x2, top + y2)
         entry.add(validator, frame, edges, validator.label(benchmark_keys()[label], file, line), file, line)
     if others:
-        validator.skip(f"{others} crops", f"They are from another video than {video.name}.")
+        validator.skip(plural(others, "crop"), f"They are from another video than {video.name}.")
     if missing:
-        validator.skip(f"{missing} crops of {SIDECAR}", "No table GT-*.csv lists them.")
+        validator.skip(f"{plural(missing, 'crop')} of {SIDECAR}", "No table GT-*.csv lists them.")
     if len(names) == 1 and tables:
-        validator.skip(f"{len(tables)} crops", f"{SIDECAR} does not say where they were cut out.")
+        validator.skip(plural(len(tables), "crop"), f"{SIDECAR} does not say where they were cut out.")
     return validator.finish(SIDECAR)
 
 

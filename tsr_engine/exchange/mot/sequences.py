@@ -18,6 +18,7 @@ from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.video_matching import name_similarity
 from tsr_engine.exchange.video_names import safe_stem
 from tsr_engine.io.plain_numbers import parse_real
+from tsr_engine.plural import plural
 
 _SEQUENCE_FILE = "seqinfo.ini"
 _GENERIC_NAME = re.compile(
@@ -72,7 +73,8 @@ def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles
     others = [name for part, name in names.items() if part not in matching]
     if others:
         validator.skip(
-            f"{path.name}: {len(others)} sequences", f"They are not about {video.name}: {', '.join(others[:8])}."
+            f"{path.name}: {plural(len(others), 'sequence')}",
+            f"They are not about {video.name}: {', '.join(others[:8])}.",
         )
     return [SequenceFiles(part.parent.parent, part) for part in matching]
 
