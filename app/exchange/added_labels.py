@@ -23,8 +23,6 @@ from tsr_engine.labels.conflicts import ChangeError
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import Label, LabelSet
 
-__all__ = ["FittedTracks", "LabelSetChanged", "fit_tracks", "remember_names", "remembered_names"]
-
 _MAX_NAME_LENGTH: Final = 200
 _MAX_LISTED_LABELS: Final = 6
 """Maximum number of new labels in the sentence of a version."""

@@ -14,8 +14,6 @@ from app.exchange.engine_tracks import read_track_infos
 from app.exchange.tracks import run_tracks
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["annotate_run"]
-
 
 def annotate_run(
     edits: BulkEdits,

@@ -22,8 +22,7 @@ from app.exchange.merge_import import Match, key_frames_of, match, merge_import,
 from app.exchange.same_sign import also_covered, boxes_touch, match_by_overlap
 from tsr_engine.exchange.dataset import Skipped, Track
 from tsr_engine.exchange.filters import select_frames
-
-__all__ = ["THIN_PX", "AnnotationResult", "annotate"]
+from tsr_engine.plural import plural
 
 THIN_PX = 0.5
 """Maximum move of an edge, px, when a track with a box in every frame is thinned to key frames."""
@@ -94,7 +93,7 @@ def annotate(
     labels = {number: info.label for number, info in engine.items()}
     for index, (track, name) in enumerate(zip(kept_tracks, names, strict=True)):
         is_known = name is not None
-        key = _new_key() if name is None else name
+        key = f"h{uuid4().hex[:16]}" if name is None else name
         documents = {name: _untouched_document(name, present, engine, shown) for name in covered.get(index, [])}
         untouched = {name: doc for name, doc in documents.items() if doc is not None}
         base, run = _base_document(name, shown, present), shown.get(key)
@@ -124,11 +123,12 @@ def annotate(
     if result.merged:
         result.repaired.append(_merged_message(result.merged))
     if thinned:
-        one = "1 track with a box of its own in every frame was"
-        dense_ones = one if thinned == 1 else f"{thinned} tracks with a box of their own in every frame were"
+        many = "tracks with a box of their own in every frame were"
+        dense_ones = plural(thinned, "track with a box of its own in every frame was", many)
         result.repaired.append(f"{dense_ones} thinned to key frames; no edge moves by more than {THIN_PX} px.")
     if ignored:
-        result.skipped.append(Skipped(f"{ignored} boxes that are to be ignored", "an annotation has no such regions"))
+        boxes = plural(ignored, "box that is to be ignored", "boxes that are to be ignored")
+        result.skipped.append(Skipped(boxes, "An annotation has no such regions."))
     return result
 
 
@@ -171,8 +171,7 @@ def _untouched_document(
 ) -> TrackDoc | None:
     """The document of an untouched engine track; None: it has corrections."""
     if name not in present:
-        frames = shown[name].frames
-        return engine_doc(int(name[1:]), int(frames[0]), int(frames[-1])) if name.startswith("m") else None
+        return _engine_document(name, shown) if name.startswith("m") else None
     info = engine.get(int(name[1:])) if name.startswith("m") else None
     return present[name] if present[name].untouched(None if info is None else info.span) else None
 
@@ -223,9 +222,9 @@ def _base_document(name: str | None, shown: Mapping[str, Track], present: Mappin
     """The document of a displayed track of the run; None: there is none."""
     if name is None or name not in shown:
         return None
+    return present[name] if name in present else _engine_document(name, shown)
+
+
+def _engine_document(name: str, shown: Mapping[str, Track]) -> TrackDoc:
     frames = shown[name].frames
-    return present[name] if name in present else engine_doc(int(name[1:]), int(frames[0]), int(frames[-1]))
-
-
-def _new_key() -> str:
-    return f"h{uuid4().hex[:16]}"
+    return engine_doc(int(name[1:]), int(frames[0]), int(frames[-1]))

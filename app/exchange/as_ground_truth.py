@@ -10,8 +10,6 @@ from app.storage.ground_truth_rows import COLUMNS, Rows
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.track_numbers import track_numbers
 
-__all__ = ["ground_truth_rows"]
-
 
 def ground_truth_rows(tracks: Iterable[Track]) -> Rows:
     """Convert tracks to rows, ordered by frame, then by track; hidden signs have visibility 0."""

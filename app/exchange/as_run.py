@@ -8,7 +8,7 @@ gates: a what-if refuses it.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -27,8 +27,6 @@ from tsr_engine.params import Params
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import Detections, Event, FloatArray, FrameEvidence, Recognition, TrackFrame
 
-__all__ = ["write_run"]
-
 _CHUNK = 1024
 _MAX_LOG_ODDS = 30.0
 """Log-odds of the scores 0 and 1."""
@@ -45,13 +43,7 @@ class _Box(NamedTuple):
 
 
 def write_run(
-    folder: Path,
-    video: VideoInfo,
-    size: int,
-    table: FrameTable,
-    tracks: Iterable[Track],
-    origin: JsonObject,
-    progress: Callable[[int], None] = lambda _done: None,
+    folder: Path, video: VideoInfo, size: int, table: FrameTable, tracks: Iterable[Track], origin: JsonObject
 ) -> int:
     """Write the evidence of an imported run.
 
@@ -62,7 +54,6 @@ def write_run(
         table: its frame table.
         tracks: each with at most one box per frame.
         origin: origin of the tracks: ``format``, ``file``.
-        progress: called with the number of frames written.
 
     Returns:
         The number of tracks.
@@ -101,8 +92,6 @@ def write_run(
             for box in boxes:
                 if last[box.number] == k:
                     votes.pop(box.number, None)
-            if k % _CHUNK == 0:
-                progress(k)
     return len(listed)
 
 

@@ -7,7 +7,7 @@ This module does not load the database, which would take longer than writing a s
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -32,8 +32,7 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.model import LabelSet
-
-__all__ = ["LABELS", "Source", "VideoInfo", "dataset_of", "evidence_source", "source_of", "times_of"]
+from tsr_engine.plural import plural
 
 LABELS = shipped_set(DEFAULT)
 """The label set of a bare evidence folder, and of a new library."""
@@ -63,22 +62,8 @@ class VideoInfo:
 
     def without_tracks(self) -> DatasetVideo:
         """The video without tracks, as the target of an import."""
-        return DatasetVideo(
-            name=self.name,
-            sha256=self.sha256,
-            width=self.width,
-            height=self.height,
-            frames=self.frames,
-            rate=self.rate,
-            times=self.times,
-            constant_rate=self.constant_rate,
-            tracks=lambda: iter(()),
-            path=self.path,
-            stop=self.frames,
-            limits=self.limits,
-            table=self.table,
-            pixel_ratio=self.pixel_ratio,
-        )
+        values = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "known"}
+        return DatasetVideo(**values, tracks=lambda: iter(()), stop=self.frames)
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,13 +127,12 @@ class Source:
         outside_boxes = boxes_beyond(documents, self.first, self.stop, self.video.frames)
         if not outside_boxes:
             return ()
-        boxes, tracks = sum(outside_boxes.values()), len(outside_boxes)
-        counts = f"{boxes} {'box' if boxes == 1 else 'boxes'} of {tracks} {'track' if tracks == 1 else 'tracks'}"
+        boxes = plural(sum(outside_boxes.values()), "box", "boxes")
         reason = (
             f"They lie outside of frames {self.first} to {self.stop - 1}, the only ones that the run has tracked. "
             "Track the others too, and carry the corrections over."
         )
-        return (Skipped(f"{self.video.name}: {counts}", reason),)
+        return (Skipped(f"{self.video.name}: {boxes} of {plural(len(outside_boxes), 'track')}", reason),)
 
     def dataset_video(self) -> DatasetVideo:
         """The video with the run's tracks."""

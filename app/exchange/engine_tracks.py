@@ -13,8 +13,6 @@ from app.evidence.run_columns import FloatColumn, IntColumn
 from tsr_engine.evidence.columns import BOX, read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 
-__all__ = ["EngineTrack", "EngineTrackInfo", "EngineTracks", "engine_label", "read_track_infos", "unchanged"]
-
 _BLOCK = 256
 
 

@@ -28,8 +28,6 @@ from tsr_engine.labels.matching import LabelFinder, unknown_label
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["DEFAULT_STATES", "ExportRequest", "Shares", "check_request", "export_sources", "summary_of"]
-
 State = Literal["open", "edited", "accepted", "rejected", "needs_work"]
 DEFAULT_STATES: tuple[State, ...] = ("edited", "accepted", "rejected")
 """Accepted tracks, and open ones that a person has edited, are exported as signs. Rejected tracks, and those that are

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from app.body_model import Model
-from tsr_engine.exchange.formats import Format, Switch
-
-__all__ = ["FormatView", "SwitchView", "format_view"]
+from tsr_engine.exchange.formats import Format
 
 
 class SwitchView(Model):
@@ -44,10 +42,6 @@ def format_view(format: Format) -> FormatView:
         format,
         can_export=format.write is not None,
         can_import=format.read is not None,
-        export_switches=[_switch(switch) for switch in format.export_switches],
-        import_switches=[_switch(switch) for switch in format.import_switches],
+        export_switches=[SwitchView.from_row(each, values=list(each.values)) for each in format.export_switches],
+        import_switches=[SwitchView.from_row(each, values=list(each.values)) for each in format.import_switches],
     )
-
-
-def _switch(switch: Switch) -> SwitchView:
-    return SwitchView.from_row(switch, values=list(switch.values))

@@ -8,8 +8,6 @@ import numpy as np
 
 from app.evidence.run_columns import IntColumn
 
-__all__ = ["exact_rate"]
-
 _MAX_DENOMINATOR = 1001
 """Largest denominator of a plausible rate, such as 30000/1001."""
 

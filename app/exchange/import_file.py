@@ -13,14 +13,13 @@ from tsr_engine.bundle.layout import MANIFEST as BUNDLE_MANIFEST
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.file_listing import head_of
 from tsr_engine.exchange.formats import Format, ImportLimits, ImportTarget, UnknownNames
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import complete_switches, format_named
 from tsr_engine.exchange.untrusted_zip import entry_names, is_archive
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.labels.model import LabelSet
-
-__all__ = ["ImportFile", "VideoTarget", "read_import_file", "reader_target"]
 
 HTTP_REMEDY = (
     "Map them to labels (label_map), add them to the set (unknown=add, or some of them with add), or leave "
@@ -157,7 +156,5 @@ def _refuse_non_annotations(path: Path) -> None:
                 "with 'Open bug bundle' in the library."
             )
         return
-    with path.open("rb") as file:
-        first_bytes = file.read(4)
-    if first_bytes == b"PK\x03\x04":
+    if head_of(path, 4) == b"PK\x03\x04":
         raise ImportFormatError(f"{path.name}: is a ZIP archive whose end is missing. Copy or download it again.")

@@ -19,7 +19,6 @@ from app.exchange.added_labels import FittedTracks, LabelSetChanged, fit_tracks,
 from app.exchange.annotate_run import annotate_run
 from app.exchange.as_ground_truth import ground_truth_rows
 from app.exchange.as_run import write_run
-from app.exchange.dataset import Source
 from app.exchange.import_file import ImportFile, VideoTarget, read_import_file
 from app.exchange.marks import is_ignored, marks
 from app.exchange.run_sources import require_exportable, run_source, video_info
@@ -38,13 +37,7 @@ from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
 from tsr_engine.exchange.formats import ImportLimits
 from tsr_engine.exchange.track_numbers import track_numbers
 from tsr_engine.io.locks import is_locked
-
-__all__ = [
-    "ImportKind",
-    "ImportResult",
-    "ImportService",
-    "SkippedView",
-]
+from tsr_engine.plural import plural
 
 ImportKind = Literal["annotation", "truth", "run"]
 DRAWN_BY_HAND = "drawn by hand"
@@ -168,8 +161,7 @@ class ImportService:
 
             try:
                 if kind == "annotation":
-                    source = self._source(video_id, run_id)
-                    return self._annotation(source, str(run_id), file, dataset, fitted.tracks, begin)
+                    return self._annotation(video_id, _require_run_id(run_id), file, dataset, fitted.tracks, begin)
                 if kind == "truth":
                     return self._truth(video_id, file, dataset, fitted.tracks, begin)
                 return self._run(video_id, target, file, dataset, fitted.tracks, begin)
@@ -194,14 +186,8 @@ class ImportService:
         """
         target = self.check(video_id, "run", None) if target is None else target
         nothing = Dataset(target.labels, (target.video.without_tracks(),))
-        return self._run(
-            video_id,
-            target,
-            ImportFile(Path(DRAWN_BY_HAND), name, DRAWN_BY_HAND, author=author),
-            nothing,
-            [],
-            _do_nothing,
-        )
+        file = ImportFile(Path(DRAWN_BY_HAND), name, DRAWN_BY_HAND, author=author)
+        return self._run(video_id, target, file, nothing, [], lambda _: None)
 
     def sweep(self) -> None:
         """Remove files of imports whose process died; running imports are not touched."""
@@ -218,11 +204,6 @@ class ImportService:
 
     # ------------------------------------------------------------------------------------------------------ inside
 
-    def _source(self, video_id: str, run_id: str | None) -> Source:
-        with self._database.read() as session:
-            require_exportable(session, self._settings, _require_run_id(run_id), video_id)
-            return run_source(session, self._settings, _require_run_id(run_id))
-
     def _truth(
         self, video_id: str, file: ImportFile, dataset: Dataset, tracks: list[Track], begin: Begin
     ) -> ImportResult:
@@ -235,7 +216,7 @@ class ImportService:
             (len(tracks) - len(signs), "rejected track", "Ground truth holds only signs."),
             (sum(len(track.notes) for track in signs), "note", "Ground truth has no notes."),
         )
-        left_out = [Skipped(f"{count} {what}{'s' * (count != 1)}", reason) for count, what, reason in counts if count]
+        left_out = [Skipped(plural(count, what), reason) for count, what, reason in counts if count]
         return _result("truth", truth.id, len(signs), len(rows), dataset, left_out)
 
     def _run(
@@ -292,8 +273,11 @@ class ImportService:
         return view.model_copy(update={"edit": edit})
 
     def _annotation(
-        self, source: Source, run_id: str, file: ImportFile, dataset: Dataset, tracks: list[Track], begin: Begin
+        self, video_id: str, run_id: str, file: ImportFile, dataset: Dataset, tracks: list[Track], begin: Begin
     ) -> ImportResult:
+        with self._database.read() as session:
+            require_exportable(session, self._settings, run_id, video_id)
+            source = run_source(session, self._settings, run_id)
         author = file.author or self._settings.author
         exported = dataset.videos[0].provenance.get("run", {}).get("id") == run_id
         result, seq = annotate_run(
@@ -303,10 +287,6 @@ class ImportService:
         return view.model_copy(
             update={"same": result.same, "edit": seq, "repaired": [*view.repaired, *result.repaired]}
         )
-
-
-def _do_nothing(_: Session) -> None:
-    """Do nothing first in a transaction."""
 
 
 def _require_run_id(run_id: str | None) -> str:

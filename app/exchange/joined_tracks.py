@@ -11,8 +11,7 @@ from app.edits.documents import TrackDoc
 from app.edits.join import join
 from app.exchange.merge_import import labels_of
 from tsr_engine.exchange.dataset import Track
-
-__all__ = ["join_tracks"]
+from tsr_engine.json_shapes import JsonObject
 
 
 def join_tracks(base: TrackDoc, shown: Track, others: Iterable[tuple[TrackDoc, Track]]) -> tuple[TrackDoc, Track]:
@@ -29,24 +28,20 @@ def join_tracks(base: TrackDoc, shown: Track, others: Iterable[tuple[TrackDoc, T
     for document, other in others:
         base = join(base, document)
         (number,) = {piece.track for piece in document.segments}
-        pieces = [piece for piece in base.segments if piece.track == number]
         is_used = np.zeros(len(other.frames), np.bool_)
-        for piece in pieces:
-            is_used |= (piece.first <= other.frames) & (other.frames <= piece.last)
-        frames = np.concatenate([shown.frames, other.frames[is_used]])
-        order = np.argsort(frames, kind="stable")
-        labels = np.concatenate([labels_of(shown), np.full(int(is_used.sum()), shown.label)])[order]
-        shown = replace(
-            shown,
-            frames=frames[order],
-            boxes=np.concatenate([shown.boxes, other.boxes[is_used]])[order],
-            key=np.concatenate([shown.key, other.key[is_used]])[order],
-            occluded=np.concatenate([shown.occluded, other.occluded[is_used]])[order],
-            score=np.concatenate([shown.score, other.score[is_used]])[order],
-            labels=labels,
-            changing={
-                name: np.concatenate([values, np.full(int(is_used.sum()), None, object)])[order]
-                for name, values in shown.changing.items()
-            },
-        )
+        for piece in base.segments:
+            if piece.track == number:
+                is_used |= (piece.first <= other.frames) & (other.frames <= piece.last)
+        count = int(is_used.sum())
+        order = np.argsort(np.concatenate([shown.frames, other.frames[is_used]]), kind="stable")
+        columns: JsonObject = {
+            name: np.concatenate([getattr(shown, name), getattr(other, name)[is_used]])[order]
+            for name in ("frames", "boxes", "key", "occluded", "score")
+        }
+        changing = {
+            name: np.concatenate([values, np.full(count, None, object)])[order]
+            for name, values in shown.changing.items()
+        }
+        labels = np.concatenate([labels_of(shown), np.full(count, shown.label)])[order]
+        shown = replace(shown, **columns, labels=labels, changing=changing)
     return base, shown

@@ -17,8 +17,6 @@ from app.edits.documents import KeyFrame, Note, Review, TrackDoc, engine_doc
 from tsr_engine.exchange.attributes import frame_values
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["REVIEWS", "is_ignored", "marks", "new_notes"]
-
 REVIEWS = frozenset(get_args(Review))
 _MAX_NOTE_LENGTH = 4000
 

@@ -18,11 +18,9 @@ from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.edits.effective import effective_track
 from tsr_engine.exchange.attributes import frame_values
 from tsr_engine.exchange.dataset import UNSTATED_LABEL, Track
-from tsr_engine.exchange.filters import select_frames
+from tsr_engine.exchange.filters import clip_track, select_frames
 from tsr_engine.exchange.thinning import key_frames, run_bounds
 from tsr_engine.labels.model import AttributeValue
-
-__all__ = ["Match", "key_frames_of", "labels_of", "match", "merge_import", "shows_same", "whole_label"]
 
 _DECIMAL_ROUNDING_PX = 0.06
 """Rounding error of formats with two decimals or percents of the picture, px."""
@@ -57,11 +55,7 @@ def match(track: Track, shown: Track, base: TrackDoc, size: tuple[int, int], thi
         size: width and height of the picture, px.
         thin_px: maximum move of an edge between key frames by the import's thinning, px.
     """
-    edges = np.array([*size, *size], np.float64)
-    clipped = np.clip(shown.boxes, 0.0, edges)
-    run = select_frames(
-        replace(shown, boxes=clipped), (clipped[:, 2] > clipped[:, 0]) & (clipped[:, 3] > clipped[:, 1])
-    )
+    run, _ = clip_track(shown, size)
     same = np.zeros(len(track.frames), np.bool_)
     if run is not None:
         _, in_file, in_run = np.intersect1d(track.frames, run.frames, assume_unique=True, return_indices=True)

@@ -12,8 +12,6 @@ from app.jobs.context import TaskContext
 from app.training.task import retrain_models
 from tsr_engine.errors import InputError
 
-__all__ = ["export_reviews", "retrain"]
-
 
 def retrain(task: TaskContext) -> None:
     """Train a new version of the models, also from current reviews."""

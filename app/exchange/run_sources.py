@@ -21,8 +21,6 @@ from app.videos.checked_file import library_file
 from app.videos.packed_table import unpack
 from tsr_engine.evidence.schema import RUN_FILE
 
-__all__ = ["require_exportable", "run_source", "video_info"]
-
 
 def run_source(session: Session, settings: Settings, run_id: str) -> Source:
     """Read a run of a data folder with the current corrections, all from one state of the database.

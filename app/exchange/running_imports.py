@@ -12,8 +12,6 @@ from typing import Literal
 from app.body_model import Model
 from app.errors import Conflict, NotFound
 
-__all__ = ["ImportProgress", "RunningImport", "RunningImports", "Step"]
-
 Step = Literal["waiting", "reading", "storing"]
 
 

@@ -11,8 +11,6 @@ from tsr_engine.exchange.dataset import Track
 from tsr_engine.exchange.frame_rows import table_of
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["also_covered", "boxes_touch", "match_by_overlap"]
-
 _MIN_IOU = 0.5
 _MIN_SHARE = 0.5
 """Share of the shorter track's frames in which two tracks must overlap to be one sign."""

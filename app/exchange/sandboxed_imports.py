@@ -39,8 +39,6 @@ from tsr_engine.exchange.formats import ImportLimits
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["MAX_FRAMES_IN_SERVER", "SandboxedImports", "read_in_sandbox", "store_in_sandbox", "warm_up"]
-
 _PACKED: Final = "tracks.npz"
 _MAX_BYTES_IN_SERVER: Final = 1 << 18
 """Size of arrays (some thousand boxes) up to which the server stores them itself: starting a process takes longer."""
@@ -121,10 +119,10 @@ class SandboxedImports:
         except SandboxesClosed as error:
             if running_import.cancelled.is_set() and running_import.step != "storing":
                 raise Busy("The import was cancelled. Nothing was imported.", code="cancelled") from None
-            warning = (
-                "It may have been stored: check before you send it again." if running_import.step == "storing" else None
-            )
-            raise Busy(f"The import was ended: {error}. {warning or 'Nothing was imported.'}") from None
+            hint = "Nothing was imported."
+            if running_import.step == "storing":
+                hint = "It may have been stored: check before you send it again."
+            raise Busy(f"The import was ended: {error}. {hint}") from None
         except SandboxError as error:
             raise TooLarge(
                 f"{file.path.name} was not imported: {error}. Split the file, or give imports more with "
@@ -152,16 +150,9 @@ class SandboxedImports:
             return self._imports.create_empty_run(video_id, name, author, target)
         limits = Limits(self._settings.import_memory_mb, computing=self._settings.import_seconds)
         try:
+            function = "app.exchange.sandboxed_imports:create_run_in_sandbox"
             result = self._sandboxes.run(
-                *(
-                    "app.exchange.sandboxed_imports:create_run_in_sandbox",
-                    self._settings,
-                    video_id,
-                    name,
-                    author,
-                    target,
-                ),
-                limits=self._storing_limits(limits),
+                function, self._settings, video_id, name, author, target, limits=self._storing_limits(limits)
             )
         except SandboxError as error:
             raise Busy(f"The run was not created: {error}. Try again.") from None

@@ -12,8 +12,6 @@ from app.storage.database import Database
 from app.storage.models import Output, Run, Video
 from tsr_engine.errors import ExportError, UsageError
 
-__all__ = ["ExportService"]
-
 
 class ExportService:
     """Checks requests for exports and queues their jobs."""

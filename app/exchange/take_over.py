@@ -22,8 +22,6 @@ from tsr_engine.geometry.boxes import clip
 from tsr_engine.labels.matching import LabelFinder, unknown_label
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["TakeOverService", "TakenOver"]
-
 
 class TakenOver(Model):
     """Result of copying the signs.

@@ -10,8 +10,6 @@ from app.outputs.service import OutputService
 from app.runs.source_run import run_of_job
 from tsr_engine.errors import ExportError
 
-__all__ = ["FILE", "export"]
-
 FILE = "export.zip"
 
 

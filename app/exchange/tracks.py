@@ -19,8 +19,6 @@ from tsr_engine.exchange.filters import select_frames
 from tsr_engine.labels.model import AttributeValue
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["boxes_beyond", "run_tracks"]
-
 
 def run_tracks(
     folder: Path,
@@ -54,17 +52,15 @@ def run_tracks(
         chosen = None if keys is None else [int(key[1:]) for key in keys if key.startswith("m")]
         for engine_track in engine_tracks if chosen is None else engine_tracks.chosen(chosen):
             document = documents.get(f"m{engine_track.id}")
-            track = (
-                _untouched(engine_track, origin)
-                if document is None
-                else _edited(document, engine_tracks, engine_track, origin, frames)
-            )
-            if track is not None and (part := _within(track, first, stop)) is not None:
+            track: Track | None = _untouched(engine_track, origin)
+            if document is not None:
+                track = _edited(document, engine_tracks, engine_track, origin, frames)
+            if (part := _within(track, first, stop)) is not None:
                 yield part
         numbers = {f"m{number}" for number in engine_tracks.labels}
         for key in [*(k for k in sorted(documents) if k.startswith("m") and k not in numbers), *drawn_keys]:
             track = _edited(documents[key], engine_tracks, None, origin, frames)
-            if track is not None and (part := _within(track, first, stop)) is not None:
+            if (part := _within(track, first, stop)) is not None:
                 yield part
 
 
@@ -87,19 +83,9 @@ def boxes_beyond(documents: Mapping[str, TrackDoc], first: int, stop: int, frame
     return {key: count for key, count in counts.items() if count}
 
 
-def _untouched(engine_track: EngineTrack, origin: str) -> Track | None:
-    n = len(engine_track.frames)
-    none = np.zeros(n, np.bool_)
-    return Track(
-        f"m{engine_track.id}",
-        engine_track.label,
-        engine_track.frames,
-        engine_track.boxes,
-        none,
-        none,
-        engine_track.score,
-        source=origin,
-    )
+def _untouched(track: EngineTrack, origin: str) -> Track:
+    none = np.zeros(len(track.frames), np.bool_)
+    return Track(f"m{track.id}", track.label, track.frames, track.boxes, none, none, track.score, source=origin)
 
 
 def _edited(
@@ -176,15 +162,12 @@ def _attributes(
     return whole, changing
 
 
-def _within(track: Track, first: int, stop: int) -> Track | None:
+def _within(track: Track | None, first: int, stop: int) -> Track | None:
     """The part in ``first <= frame < stop``; None: there is none."""
-    if not len(track.frames):
+    if track is None or not len(track.frames):
         return None
     if first <= track.frames[0] and track.frames[-1] < stop:
         return track
-    keep = slice(*np.searchsorted(track.frames, [first, stop]))
-    chosen = np.zeros(len(track.frames), np.bool_)
-    chosen[keep] = True
-    part = select_frames(track, chosen)
+    part = select_frames(track, (first <= track.frames) & (track.frames < stop))
     notes = tuple(note for note in track.notes if first <= note[0] < stop)
     return None if part is None else replace(part, notes=notes)

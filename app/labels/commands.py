@@ -10,18 +10,6 @@ from app.body_model import Model
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import AttributeKind, AttributeValue, Category, Shape, Teach
 
-__all__ = [
-    "AddLabel",
-    "AdoptSet",
-    "HideLabel",
-    "LabelChange",
-    "MergeLabels",
-    "SetPicture",
-    "ShowLabel",
-    "UndoChange",
-    "UpdateLabel",
-]
-
 _Word = Annotated[str, Field(min_length=1, max_length=200)]
 _Key = Annotated[str, Field(min_length=1, max_length=100)]
 _Id = Annotated[int, Field(ge=0, le=2**31 - 1)]

@@ -15,8 +15,6 @@ from tsr_engine.labels.changes import Changed
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.plural import plural
 
-__all__ = ["import_file_labels"]
-
 
 def import_file_labels(
     service: LabelService, key: str, author: str, content: FileLabels, *, create: bool = False, file: str = ""
@@ -58,30 +56,24 @@ def import_file_labels(
 
     created = service.create(key, create_set) if create else None
     refused = [RefusedLabel(name=each.name, reason=each.reason) for each in content.refused]
+    known: list[KnownLabel] = []
     if created is not None:
-        views = [label_view(created, label) for label in created]
+        labels, added = created, created.labels
         sentence = f"Made the set '{created.name}' (key {created.key}) with {plural(len(created), 'label')}."
-        return Brought(
-            version=1,
-            sentence=sentence,
-            created=True,
-            added=views,
-            known=[],
-            refused=refused,
-            reported=_without_repeats(reported),
-        )
-    labels, changed = service.write(key, author, adopt)
-    assert adopted is not None
-    names = {label.key: label.name for label in content.labels}
-    known = [KnownLabel(name=names[theirs], id=ours.id, key=ours.key) for theirs, ours in adopted.known.items()]
+    else:
+        labels, changed = service.write(key, author, adopt)
+        assert adopted is not None
+        names = {label.key: label.name for label in content.labels}
+        known = [KnownLabel(name=names[theirs], id=ours.id, key=ours.key) for theirs, ours in adopted.known.items()]
+        added, sentence = tuple(adopted.added), changed.sentence
     return Brought(
         version=labels.version,
-        sentence=changed.sentence,
-        created=False,
-        added=[label_view(labels, label) for label in adopted.added],
+        sentence=sentence,
+        created=created is not None,
+        added=[label_view(labels, label) for label in added],
         known=known,
         refused=refused,
-        reported=_without_repeats(reported),
+        reported=list(dict.fromkeys(reported)),  # a second attempt repeats sentences
     )
 
 
@@ -97,8 +89,3 @@ def _without_missing_pictures(session: Session, labels: LabelSet, reported: list
             )
             kept.append(label.model_copy(update={"pictogram": ""}))
     return labels.model_copy(update={"labels": tuple(kept)})
-
-
-def _without_repeats(sentences: list[str]) -> list[str]:
-    """Sentences without repetitions from a second attempt."""
-    return list(dict.fromkeys(sentences))

@@ -22,8 +22,6 @@ from app.storage.database import Database
 from app.storage.models import LabelPicture
 from tsr_engine.pictograms import draw, names
 
-__all__ = ["MAX_BYTES", "MAX_SIDE", "Pictograms", "picture_exists", "store_picture"]
-
 MAX_BYTES: Final = 256 * 1024
 MAX_SIDE: Final = 512
 """Pixels."""

@@ -11,8 +11,6 @@ from app.labels.store import default_key
 from app.storage.ground_truth_rows import COLUMNS, unpack
 from app.storage.models import Edit, GroundTruth, Run, TrackDocument, Video
 
-__all__ = ["is_imported", "referenced_ids", "videos_using"]
-
 _CLASS = re.compile(r'"class_id": ?([0-9]+)')
 _TRUTH_CLASS = COLUMNS.index("class_id")
 

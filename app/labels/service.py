@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 from sqlalchemy import ColumnElement, or_, select
 from sqlalchemy.exc import IntegrityError
@@ -12,54 +12,27 @@ from sqlalchemy.orm import Session
 
 from app.errors import Busy, Conflict, Invalid, NotFound
 from app.events import EventBus
-from app.labels.commands import (
-    AddLabel,
-    AdoptSet,
-    HideLabel,
-    LabelChange,
-    MergeLabels,
-    SetPicture,
-    ShowLabel,
-    UndoChange,
-)
+from app.labels import commands
 from app.labels.pictures import picture_exists, store_picture
 from app.labels.references import is_imported, referenced_ids, videos_using
-from app.labels.store import (
-    added_by,
-    append,
-    at_version,
-    default_key,
-    history,
-    labels_of_video,
-    newest,
-    set_keys,
-)
+from app.labels.store import added_by, append, at_version, default_key, history, labels_of_video, newest, set_keys
 from app.labels.views import Change, LabelSetView, LabelVersion, LabelView, label_view
 from app.storage.database import Database
 from app.storage.models import LabelSetDefault, LabelSetVersion, Video
 from app.videos.view import publish_video
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.labels import changes
 from tsr_engine.labels.adopting import adopt_labels
-from tsr_engine.labels.changes import (
-    Changed,
-    add_label,
-    hide_label,
-    merge_labels,
-    set_picture,
-    show_label,
-    update_label,
-)
 from tsr_engine.labels.conflicts import ChangeError, NoLabelError, TakenError
 from tsr_engine.labels.files import SHIPPED
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.undo import undo_change
 
-__all__ = ["LabelService"]
-
 _MAX_ATTEMPTS = 50
 """Attempts to change a set while others change it too."""
 
-Make = Callable[[Session, LabelSet], Changed]
+Make = Callable[[Session, LabelSet], changes.Changed]
+Stored = TypeVar("Stored")
 
 
 class LabelService:
@@ -146,7 +119,7 @@ class LabelService:
         with self._database.read() as session:
             return [LabelVersion.from_row(row) for row in history(session, key)]
 
-    def change(self, key: str, author: str, change: LabelChange) -> Change:
+    def change(self, key: str, author: str, change: commands.LabelChange) -> Change:
         """Apply a change to the newest version; a change without effect makes no version.
 
         Args:
@@ -160,14 +133,14 @@ class LabelService:
                 later version has changed what is to be undone.
             Invalid: the change breaks a rule of label sets.
         """
-        undoes = change.version if isinstance(change, UndoChange) else None
+        undoes = change.version if isinstance(change, commands.UndoChange) else None
         labels, changed = self.write(
             key, author, lambda session, labels: _apply_change(session, labels, change), undoes
         )
         shown = None if changed.label is None else label_view(labels, changed.label)
         return Change(version=labels.version, label=shown, sentence=changed.sentence)
 
-    def write(self, key: str, author: str, make: Make, undoes: int | None = None) -> tuple[LabelSet, Changed]:
+    def write(self, key: str, author: str, make: Make, undoes: int | None = None) -> tuple[LabelSet, changes.Changed]:
         """Store the result of ``make`` for the newest version; ``make`` is called again if another person was faster.
 
         Raises:
@@ -175,21 +148,20 @@ class LabelService:
             ApiError: ``make`` raised it.
             Busy: other people keep changing the set.
         """
-        for _ in range(_MAX_ATTEMPTS):
+
+        def store(session: Session) -> changes.Changed:
+            labels = newest(session, key)
             try:
-                with self._database.write() as session:
-                    labels = newest(session, key)
-                    try:
-                        changed = make(session, labels)
-                    except ChangeError as error:
-                        _refuse(session, labels, error)
-                    if changed.labels is not labels:
-                        append(session, labels, changed, author, undoes)
-                        self._events.publish(session, "labels", key, {"version": changed.labels.version})
-            except IntegrityError:
-                continue
-            return changed.labels, changed
-        raise Busy(f"Too many people are changing the label set {key!r}. Repeat the request later.")
+                changed = make(session, labels)
+            except ChangeError as error:
+                _refuse(session, labels, error)
+            if changed.labels is not labels:
+                append(session, labels, changed, author, undoes)
+                self._events.publish(session, "labels", key, {"version": changed.labels.version})
+            return changed
+
+        changed = self._repeat(store, f"changing the label set {key!r}")
+        return changed.labels, changed
 
     def create(self, key: str, make: Callable[[Session], LabelSet | None]) -> LabelSet | None:
         """Store the first version of a set; ``make`` is called again if another person was faster.
@@ -201,17 +173,25 @@ class LabelService:
         Raises:
             Busy: other people keep making a set with that key.
         """
+
+        def store(session: Session) -> LabelSet | None:
+            made = make(session)
+            session.flush()
+            if made is not None:
+                self._events.publish(session, "labels", key, {"version": made.version})
+            return made
+
+        return self._repeat(store, f"making the label set {key!r}")
+
+    def _repeat(self, store: Callable[[Session], Stored], what: str) -> Stored:
+        """Call ``store`` in a transaction, again if another person was faster."""
         for _ in range(_MAX_ATTEMPTS):
             try:
                 with self._database.write() as session:
-                    made = make(session)
-                    session.flush()
-                    if made is not None:
-                        self._events.publish(session, "labels", key, {"version": made.version})
+                    return store(session)
             except IntegrityError:
                 continue
-            return made
-        raise Busy(f"Too many people are making the label set {key!r}. Repeat the request later.")
+        raise Busy(f"Too many people are {what}. Repeat the request later.")
 
     def use_as_default(self, key: str) -> LabelSetView:
         """Use this set for videos that name none.
@@ -273,28 +253,28 @@ def _set_view(labels: LabelSet, default: str) -> LabelSetView:
     return LabelSetView.from_row(labels, labels=len(labels), default=is_default, shipped=shipped)
 
 
-def _apply_change(session: Session, labels: LabelSet, change: LabelChange) -> Changed:
+def _apply_change(session: Session, labels: LabelSet, change: commands.LabelChange) -> changes.Changed:
     """The next version, after a change."""
-    if isinstance(change, AddLabel):
+    if isinstance(change, commands.AddLabel):
         if not picture_exists(session, change.pictogram):
             raise Invalid(f"There is no picture {change.pictogram!r}.", field="pictogram")
-        return add_label(labels, change.facts())
-    if isinstance(change, MergeLabels):
-        return merge_labels(labels, change.id, change.into)
-    if isinstance(change, HideLabel):
-        return hide_label(labels, change.id)
-    if isinstance(change, ShowLabel):
-        return show_label(labels, change.id)
-    if isinstance(change, SetPicture):
-        return set_picture(labels, change.id, "" if change.png is None else store_picture(session, change.png))
-    if isinstance(change, UndoChange):
+        return changes.add_label(labels, change.facts())
+    if isinstance(change, commands.MergeLabels):
+        return changes.merge_labels(labels, change.id, change.into)
+    if isinstance(change, commands.HideLabel):
+        return changes.hide_label(labels, change.id)
+    if isinstance(change, commands.ShowLabel):
+        return changes.show_label(labels, change.id)
+    if isinstance(change, commands.SetPicture):
+        return changes.set_picture(labels, change.id, "" if change.png is None else store_picture(session, change.png))
+    if isinstance(change, commands.UndoChange):
         return _undo_change(session, labels, change.version)
-    if isinstance(change, AdoptSet):
+    if isinstance(change, commands.AdoptSet):
         return adopt_labels(labels, newest(session, change.set)).changed
-    return update_label(labels, change.id, change.facts())
+    return changes.update_label(labels, change.id, change.facts())
 
 
-def _undo_change(session: Session, labels: LabelSet, version: int) -> Changed:
+def _undo_change(session: Session, labels: LabelSet, version: int) -> changes.Changed:
     after = at_version(session, labels.key, version)
     if version == 1:
         raise Invalid("Version 1 is the first version of the set, so there is no change to undo.", field="version")

@@ -16,20 +16,6 @@ from tsr_engine.labels.changes import Changed
 from tsr_engine.labels.files import DEFAULT, SHIPPED, dump_set, parse_set, shipped_set
 from tsr_engine.labels.model import LabelSet
 
-__all__ = [
-    "SET_KEY",
-    "added_by",
-    "append",
-    "at_version",
-    "default_key",
-    "history",
-    "labels_of_run",
-    "labels_of_video",
-    "newest",
-    "set_keys",
-    "start",
-]
-
 SET_KEY = r"^[a-z0-9][a-z0-9._-]{0,63}$"
 """Pattern of the key of a set."""
 _SHIPPED_SENTENCE = "Came with tsr."

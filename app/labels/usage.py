@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from sqlalchemy import distinct, func, select
-from sqlalchemy.orm import Session
 
 from app.body_model import Model
 from app.labels.references import videos_using
 from app.labels.store import newest
 from app.storage.database import Database
 from app.storage.models import Run, TrackDocument, Video
-
-__all__ = ["LabelUse", "label_usage"]
 
 
 class LabelUse(Model):
@@ -32,24 +29,20 @@ def label_usage(database: Database, key: str) -> dict[int, LabelUse]:
     Raises:
         NotFound: no such set.
     """
-    with database.read() as session:
-        newest(session, key)
-        return _counted(session, key)
-
-
-def _counted(session: Session, key: str) -> dict[int, LabelUse]:
     label = TrackDocument.document["class_id"].as_integer().label("label")
     gone = TrackDocument.document["gone"].as_boolean()
-    given = (
-        select(label, TrackDocument.run_id, TrackDocument.key, Run.video_id)
-        .join(Run, Run.id == TrackDocument.run_id)
-        .join(Video, Video.id == Run.video_id)
-        .where(videos_using(session, key), gone.is_(False))
-        .subquery()
-    )
-    rows = session.execute(
-        select(given.c.label, func.count(), func.count(distinct(given.c.video_id)))
-        .where(given.c.label >= 0)
-        .group_by(given.c.label)
-    )
-    return {number: LabelUse(tracks=tracks, videos=videos) for number, tracks, videos in rows}
+    with database.read() as session:
+        newest(session, key)
+        given = (
+            select(label, TrackDocument.run_id, TrackDocument.key, Run.video_id)
+            .join(Run, Run.id == TrackDocument.run_id)
+            .join(Video, Video.id == Run.video_id)
+            .where(videos_using(session, key), gone.is_(False))
+            .subquery()
+        )
+        rows = session.execute(
+            select(given.c.label, func.count(), func.count(distinct(given.c.video_id)))
+            .where(given.c.label >= 0)
+            .group_by(given.c.label)
+        )
+        return {number: LabelUse(tracks=tracks, videos=videos) for number, tracks, videos in rows}

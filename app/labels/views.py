@@ -7,17 +7,6 @@ import hashlib
 from app.body_model import Model, Moment
 from tsr_engine.labels.model import AttributeKind, AttributeValue, Category, Label, LabelSet, Shape, Teach
 
-__all__ = [
-    "AttributeView",
-    "Brought",
-    "Change",
-    "KnownLabel",
-    "LabelSetView",
-    "LabelVersion",
-    "LabelView",
-    "label_view",
-]
-
 
 class AttributeView(Model):
     """A further property of a sign; see ``Attribute`` in ``tsr_engine.labels.model``."""

@@ -16,10 +16,10 @@ from pathlib import Path
 
 from tests.exchange.small_datasets import make_dataset, make_track
 from tsr_engine.errors import StorageError
-from tsr_engine.exchange import publish
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.io.unfinished import remove_leftovers
 
 OLD, NEW = make_dataset(make_track("old")), make_dataset(make_track("new"), make_track("other", range(50, 60)))
 STEPS = frozenset(
@@ -101,7 +101,7 @@ def interrupt_each_step(folder: Path, zipped: bool, mode: str) -> dict[str, obje
         left = len(list(folder.iterdir())) > 1
         rubbish += left
         # The next export begins with this state; run one every fourth time, and where required.
-        publish.remove_leftovers(out)
+        remove_leftovers(out)
         if found == new or (left and rubbish % 4 == 0):
             write(OLD)
         if state(out) != old or [path.name for path in folder.iterdir()] != ["out"]:
@@ -136,7 +136,7 @@ def kill_at_moments(folder: Path, zipped: bool, count: int = 6) -> dict[str, int
         killed += code == -signal.SIGKILL
         if state(out) != (new if code == 0 else old) and (code == 0 or state(out) != new):
             sys.exit(f"moment {turn}: what stands there is neither the old nor the new export")
-        publish.remove_leftovers(out)
+        remove_leftovers(out)
         if [path.name for path in folder.iterdir()] != ["out"]:
             sys.exit(f"moment {turn}: left {sorted(path.name for path in folder.iterdir())}")
         if state(out) == new:

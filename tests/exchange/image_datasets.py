@@ -14,8 +14,6 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 
-__all__ = ["IMAGE_FORMATS", "assert_refused", "picture_by_frame", "read_onto_drive", "write_dataset", "write_text"]
-
 IMAGE_FORMATS = ("coco", "yolo", "voc", "cvat-images", "datumaro", "gtsdb")
 
 
@@ -99,6 +97,13 @@ def write_text(folder: Path, name: str, text: str) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def yolo_folder(folder: Path, lines: str, *, names: str = "names: [stop, yield]\n", frame: int = 10) -> Path:
+    """Write the label file of one picture, and ``data.yaml``."""
+    write_text(folder, f"labels/train/frame_{frame:06d}.txt", lines)
+    write_text(folder, "data.yaml", names)
+    return folder
 
 
 def read_onto_drive(path: Path, format: str | None = None, **switches: str) -> Dataset:

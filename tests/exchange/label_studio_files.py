@@ -11,38 +11,30 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
 
+_SIZE = {"y": 20, "width": 5, "height": 10, "rotation": 0}
+_REGION = {
+    "id": "t7",
+    "type": "videorectangle",
+    "from_name": "box",
+    "to_name": "video",
+    "origin": "prediction",
+    "value": {
+        "framesCount": 100,
+        "duration": 4.0,
+        "labels": ["stop"],
+        "sequence": [
+            {"frame": 11, "time": 0.44, "x": 10, **_SIZE, "enabled": True},
+            {"frame": 41, "time": 1.64, "x": 40, **_SIZE, "enabled": False},
+        ],
+    },
+    "meta": {"text": ["uid=7f3a"]},
+}
 SAMPLE: list[dict[str, Any]] = [
     {
         "data": {"video": "https://host/drive.mp4", "fps": 25.0},
-        "predictions": [
-            {
-                "model_version": "engine-abc",
-                "score": 0.9,
-                "result": [
-                    {
-                        "id": "t7",
-                        "type": "videorectangle",
-                        "from_name": "box",
-                        "to_name": "video",
-                        "origin": "prediction",
-                        "value": {
-                            "framesCount": 100,
-                            "duration": 4.0,
-                            "labels": ["stop"],
-                            "sequence": [
-                                {"frame": 11, "time": 0.44, "x": 10, "y": 20, "width": 5, "height": 10, "rotation": 0,
-                                 "enabled": True},
-                                {"frame": 41, "time": 1.64, "x": 40, "y": 20, "width": 5, "height": 10, "rotation": 0,
-                                 "enabled": False},
-                            ],
-                        },
-                        "meta": {"text": ["uid=7f3a"]},
-                    }
-                ],
-            }
-        ],
+        "predictions": [{"model_version": "engine-abc", "score": 0.9, "result": [_REGION]}],
     }
-]  # fmt: skip
+]
 REGION = "0/predictions/0/result/0"
 
 

@@ -11,8 +11,6 @@ import pytest
 from tests.exchange.small_datasets import tracks_of
 from tsr_engine.exchange.dataset import Dataset, Track
 
-__all__ = ["LOSSES", "Loss", "compare"]
-
 
 @dataclass(frozen=True)
 class Loss:
@@ -20,21 +18,18 @@ class Loss:
 
     Attributes:
         px: largest shift of an edge.
-        uid: tracks get other names.
-        tracks: tracks may be joined or split.
+        tracks: tracks have other names and no state or notes, and may be joined or split.
         key: all boxes are key frames.
         occluded: no box is occluded.
         score: ``kept``, or ``lost``; one mean per track counts as lost.
         ignore: ``kept`` or ``dropped`` (the box is missing).
         labels: the class of a single frame becomes the track's.
         unknown: tracks without a class are missing.
-        state: review state, source and notes are lost.
         attributes: of labels: ``all``, only those of whole ``tracks``, or ``none``.
         benchmark: labels outside the German benchmarks are lost.
     """
 
     px: float
-    uid: bool = False
     tracks: bool = False
     key: bool = False
     occluded: bool = False
@@ -42,7 +37,6 @@ class Loss:
     ignore: str = "kept"
     labels: bool = False
     unknown: bool = False
-    state: bool = False
     attributes: str = "all"
     benchmark: bool = False
 
@@ -57,14 +51,12 @@ LOSSES = {
     "gtsrb": Loss(0.5, ignore="dropped", labels=True, unknown=True, benchmark=True),
     "gtsdb": Loss(
         0.5,
-        uid=True,
         tracks=True,
         key=True,
         occluded=True,
         score="lost",
         ignore="dropped",
         unknown=True,
-        state=True,
         attributes="none",
         benchmark=True,
     ),

@@ -5,23 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 
-__all__ = [
-    "TEN",
-    "YAML",
-    "box",
-    "boxes_xml",
-    "coco",
-    "cocovid",
-    "region",
-    "results",
-    "roboflow",
-    "rows",
-    "save_txt",
-    "task_xml",
-    "tasks",
-    "yolo",
-]
-
 TEN = range(10, 16)
 YAML = "names:\n  0: stop\n"
 
@@ -62,38 +45,16 @@ def coco(names: Mapping[str, int], *, image: object = None, note: object = None,
 
 def cocovid() -> str:
     """Two tracks in four frames; names count from 1, ``frame_id`` from 0."""
-    frames = (10, 15, 20, 25)
-    images = [
-        {
-            "id": k + 1,
-            "video_id": 1,
-            "file_name": f"drive/img1/{k + 1:06d}.jpg",
-            "width": 640,
-            "height": 360,
-            "frame_id": k,
-        }
-        for k in range(100)
-    ]
+    image = {"video_id": 1, "width": 640, "height": 360}
+    note = {"video_id": 1, "category_id": 1}
+    images = [{**image, "id": k + 1, "file_name": f"drive/img1/{k + 1:06d}.jpg", "frame_id": k} for k in range(100)]
     notes = [
-        {
-            "id": 10 * k + n,
-            "video_id": 1,
-            "image_id": k + 1,
-            "category_id": 1,
-            "instance_id": n,
-            "bbox": [100, y, 40, 40],
-        }
-        for k in frames
+        {**note, "id": 10 * k + n, "image_id": k + 1, "instance_id": n, "bbox": [100, y, 40, 40]}
+        for k in (10, 15, 20, 25)
         for n, y in ((5, 80), (6, 200))
     ]
-    return json.dumps(
-        {
-            "videos": [{"id": 1, "name": "drive"}],
-            "images": images,
-            "annotations": notes,
-            "categories": [{"id": 1, "name": "stop"}],
-        }
-    )
+    tables = {"videos": [{"id": 1, "name": "drive"}], "categories": [{"id": 1, "name": "stop"}]}
+    return json.dumps({**tables, "images": images, "annotations": notes})
 
 
 def boxes_xml(frames: Iterable[int], first: int = 0, flags: str = 'keyframe="1" ') -> str:
@@ -118,18 +79,10 @@ def task_xml(number: int, source: str, frames: int) -> str:
 
 def region(frames: Iterable[int] = TEN) -> dict[str, object]:
     """A video rectangle of Label Studio with a key frame in every frame."""
+    size = {"width": 40 / 6.4, "height": 40 / 3.6, "rotation": 0}
     keys = [
-        {
-            "frame": frame + 1,
-            "time": (frame + 1) / 30,
-            "x": box(frame)[0] / 6.4,
-            "y": box(frame)[1] / 3.6,
-            "width": 40 / 6.4,
-            "height": 40 / 3.6,
-            "rotation": 0,
-            "enabled": frame != max(frames),
-        }
-        for frame in frames
+        {"frame": f + 1, "time": (f + 1) / 30, "x": x / 6.4, "y": y / 3.6, **size, "enabled": f != max(frames)}
+        for f, (x, y, *_) in ((frame, box(frame)) for frame in frames)
     ]
     value = {"framesCount": 100, "duration": 100 / 30, "labels": ["stop"], "sequence": keys}
     return {"id": "r1", "type": "videorectangle", "from_name": "box", "to_name": "video", "value": value}
@@ -137,13 +90,10 @@ def region(frames: Iterable[int] = TEN) -> dict[str, object]:
 
 def tasks(*videos: str) -> dict[str, str]:
     """A Label Studio export: the last task has the boxes ``box``, the others' boxes have other times."""
+    regions = [region((50, 51))] * (len(videos) - 1) + [region()]
     made = [
-        {
-            "id": n,
-            "data": {"video": video},
-            "annotations": [{"result": [region(TEN if n == len(videos) else (50, 51))]}],
-        }
-        for n, video in enumerate(videos, 1)
+        {"id": n, "data": {"video": video}, "annotations": [{"result": [found]}]}
+        for n, (video, found) in enumerate(zip(videos, regions, strict=True), 1)
     ]
     return {"export.json": json.dumps(made)}
 

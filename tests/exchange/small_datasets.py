@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions, ImportTarget
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
+from tsr_engine.io.video_writer import VideoWriter
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
@@ -85,6 +86,14 @@ def make_video(
     )
 
 
+def write_grey_video(path: Path, width: int = 64, height: int = 48, frames: int = 16) -> Path:
+    """A video of even pictures, each brighter than the one before."""
+    with VideoWriter(path, width, height, Fraction(25)) as writer:
+        for k in range(frames):
+            writer.write(np.full((height, width, 3), 160 * k // frames, dtype=np.uint8))
+    return path
+
+
 def make_dataset(*tracks: Track, **video: object) -> Dataset:
     """One video with these tracks; by default three, with a gap, occlusion, notes, scores and a state."""
     if not tracks:
@@ -115,9 +124,18 @@ def tracks_of(dataset: Dataset) -> dict[str, Track]:
     return {track.uid: track for track in dataset.videos[0].tracks()}
 
 
-def track_attributes(track: Track) -> tuple[object, ...]:
-    """Attributes of a track except its boxes."""
-    return track.label, track.state, track.source, track.notes
+def same_tracks(dataset: Dataset, back: Dataset, px: float) -> Iterator[tuple[Track, Track]]:
+    """Yield each track with the one that an import gives, which has the same name, facts and boxes, up to ``px``."""
+    again = tracks_of(back)
+    assert list(again) == list(tracks_of(dataset))
+    for uid, track in tracks_of(dataset).items():
+        found = again[uid]
+        assert found.frames.tolist() == track.frames.tolist()
+        assert np.abs(found.boxes - track.boxes).max() <= px + 1e-9
+        assert (found.label, found.state, found.source, found.notes) == (
+            *(track.label, track.state, track.source, track.notes),
+        )
+        yield track, found
 
 
 def with_value(sample: Any, path: str, value: Any) -> Any:

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from tests.exchange.image_datasets import assert_refused, read_onto_drive, yolo_folder
 from tests.exchange.small_datasets import make_dataset, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError, UsageError
 from tsr_engine.exchange.dataset import Dataset
@@ -237,20 +238,11 @@ def test_every_reader_has_the_option_and_no_writer(tmp_path: Path) -> None:
     ],
 )
 def test_rounding_beyond_the_picture_is_clipped(tmp_path: Path, row: str, edges: tuple[float, ...]) -> None:
-    label = tmp_path / "labels" / "train" / "frame_000010.txt"
-    label.parent.mkdir(parents=True)
-    label.write_text(f"0 {row}\n")
-    (tmp_path / "data.yaml").write_text("names: [stop]\n")
-    found = read_dataset(tmp_path, target_of(make_dataset()), FORMATS["yolo"])
-    (track,) = tracks_of(found).values()
+    (track,) = tracks_of(read_onto_drive(yolo_folder(tmp_path, f"0 {row}\n"), "yolo")).values()
     assert track.boxes[0].tolist() == pytest.approx(edges, abs=1e-3)
 
 
 @pytest.mark.parametrize("row", ["-0.011 0.5 0.1 0.1", "0.5 1.02 0.1 0.1", "120 80 40 40"])
 def test_boxes_far_beyond_the_picture_are_refused_with_any_option(tmp_path: Path, row: str) -> None:
-    label = tmp_path / "labels" / "train" / "frame_000010.txt"
-    label.parent.mkdir(parents=True)
-    label.write_text(f"0 {row}\n")
-    (tmp_path / "data.yaml").write_text("names: [stop]\n")
-    with pytest.raises(ImportFormatError, match="must be parts of the picture, 0 to 1"):
-        read_dataset(tmp_path, target_of(make_dataset(), switches={"bad_boxes": "skip"}), FORMATS["yolo"])
+    folder = yolo_folder(tmp_path, f"0 {row}\n")
+    assert_refused(folder, "yolo", "must be parts of the picture, 0 to 1", bad_boxes="skip")

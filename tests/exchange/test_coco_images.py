@@ -166,7 +166,7 @@ def test_rotated_boxes_become_upright_and_are_reported(tmp_path: Path) -> None:
     with pytest.raises(ImportFormatError, match="annotation 1: rotation must be a finite number"):
         _read(tmp_path, coco_file(images, notes))
     notes[0]["attributes"] = {"rotation": 360.0}
-    assert not any("Turned" in s for s in _read(tmp_path, coco_file(images, notes)).repaired)
+    assert not any("Rotated" in s for s in _read(tmp_path, coco_file(images, notes)).repaired)
 
 
 def test_sizes_of_images_and_of_their_video(tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ def test_a_project_gives_the_task_of_the_video(read_file: Read, before: dict[str
     assert track.frames.tolist() == list(range(10, 16))
     assert found.repaired == ()
     assert [(item.what, item.reason) for item in found.skipped] == [
-        ("annotations.xml: 1 tasks", "They are not about drive.mp4: 1 (other.mp4)."),
+        ("annotations.xml: 1 task", "They are not about drive.mp4: 1 (other.mp4)."),
         ("annotations.xml: 1 track", "They are of other tasks."),
     ]
     if offset < 40:

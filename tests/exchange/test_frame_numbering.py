@@ -11,15 +11,7 @@ FROM_1 = NumberingScheme(1, "a tool counts so")
 
 
 def _origin(least: int, largest: int, custom: NumberingScheme | None = None, asked: str = "auto") -> tuple[int, str]:
-    found = find_origin(
-        least,
-        largest,
-        100,
-        requested=asked,
-        scheme=custom,
-        what="numbers",
-        fail=KeyError,
-    )
+    found = find_origin(least, largest, 100, requested=asked, scheme=custom, what="numbers", fail=KeyError)
     return found.origin, found.report
 
 

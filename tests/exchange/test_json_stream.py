@@ -97,5 +97,6 @@ def test_heads_are_found_without_reading_on(tmp_path: Path) -> None:
 def test_a_file_over_the_limit_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     path.write_text("[1, 2, 3]")
-    with pytest.raises(ImportFormatError, match="9 bytes, more than the 4 that are read"):
+    with pytest.raises(ImportFormatError, match="9 bytes, more than the 4 that are read") as refused:
         list(members(path, limit=4))
+    assert refused.value.kind == "too_large"

@@ -54,7 +54,7 @@ def test_the_task_is_found_by_its_address(tmp_path: Path, address: str) -> None:
     found = read_tasks(tmp_path, _tasks_about(OTHER, address))
     assert first_frame(found) == 11
     assert found.repaired == ()
-    assert [(item.what, "other.mp4" in item.reason) for item in found.skipped] == [("tasks.json: 1 tasks", True)]
+    assert [(item.what, "other.mp4" in item.reason) for item in found.skipped] == [("tasks.json: 1 task", True)]
 
 
 @pytest.mark.parametrize(

@@ -8,18 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.image_datasets import assert_refused, read_onto_drive
+from tests.exchange.image_datasets import assert_refused, read_onto_drive, yolo_folder
 from tests.exchange.small_datasets import make_dataset, make_label_set, make_track, tracks_of
 from tsr_engine.exchange.added_labels import UnknownLabels
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.registry import FORMATS
-
-
-def _count(dataset: Dataset) -> int:
-    return sum(len(track.frames) for track in tracks_of(dataset).values())
-
 
 # ---------------------------------------------------------------------------------------------------------------- COCO
 
@@ -110,14 +105,6 @@ def test_ignored_boxes_are_coco_crowds(tmp_path: Path) -> None:
 # ---------------------------------------------------------------------------------------------------------------- YOLO
 
 
-def _yolo(folder: Path, lines: str, *, names: str = "names: [stop, yield]\n", frame: int = 10) -> Path:
-    labels = folder / "labels" / "train"
-    labels.mkdir(parents=True, exist_ok=True)
-    (labels / f"frame_{frame:06d}.txt").write_text(lines)
-    (folder / "data.yaml").write_text(names)
-    return folder
-
-
 def test_yolo_has_five_columns_and_a_file_of_tracks(tmp_path: Path) -> None:
     dataset = make_dataset()
     export_dataset(dataset, FORMATS["yolo"], tmp_path / "out", zipped=False)
@@ -157,16 +144,11 @@ def test_yolo_leaves_out_ignored_boxes(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("sixth", "kind"),
-    [
-        (("7", "8"), "track ids"),
-        (("0.9", "1"), "confidences"),
-        (("1", "1"), "confidences"),
-        (("0", "1"), "track ids"),
-    ],
+    [(("7", "8"), "track ids"), (("0.9", "1"), "confidences"), (("1", "1"), "confidences"), (("0", "1"), "track ids")],
 )
 def test_yolo_with_six_columns_is_reported(tmp_path: Path, sixth: tuple[str, str], kind: str) -> None:
     rows = [f"0 0.{index + 2} 0.5 0.1 0.1 {number}\n" for index, number in enumerate(sixth)]
-    back = read_onto_drive(_yolo(tmp_path, "".join(rows)), "yolo")
+    back = read_onto_drive(yolo_folder(tmp_path, "".join(rows)), "yolo")
     (reported,) = [sentence for sentence in back.repaired if "5 columns" in sentence]
     assert "labels/train/frame_000010.txt, line 1" in reported
     assert kind in reported
@@ -176,11 +158,11 @@ def test_yolo_with_six_columns_is_reported(tmp_path: Path, sixth: tuple[str, str
 
 
 def test_yolo_reads_the_sixth_column_alike_in_all_files(tmp_path: Path) -> None:
-    _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 1\n", frame=3)
-    back = read_onto_drive(_yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.75\n", frame=4), "yolo")
+    yolo_folder(tmp_path, "0 0.5 0.5 0.1 0.1 1\n", frame=3)
+    back = read_onto_drive(yolo_folder(tmp_path, "0 0.5 0.5 0.1 0.1 0.75\n", frame=4), "yolo")
     (track,) = tracks_of(back).values()
     assert track.score.tolist() == [1.0, 0.75]
-    _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 3\n", frame=3)
+    yolo_folder(tmp_path, "0 0.5 0.5 0.1 0.1 3\n", frame=3)
     assert_refused(tmp_path, "yolo", "labels/train/frame_000003.txt, line 1", "sixth column", "3")
 
 
@@ -198,18 +180,20 @@ def test_yolo_reads_the_sixth_column_alike_in_all_files(tmp_path: Path) -> None:
     ],
 )
 def test_yolo_that_breaks_a_rule(tmp_path: Path, line: str, words: tuple[str, ...]) -> None:
-    assert_refused(_yolo(tmp_path, f"{line}\n"), "yolo", "labels/train/frame_000010.txt", *words)
+    assert_refused(yolo_folder(tmp_path, f"{line}\n"), "yolo", "labels/train/frame_000010.txt", *words)
 
 
 def test_yolo_files_beyond_the_video_or_without_a_number(tmp_path: Path) -> None:
-    assert_refused(_yolo(tmp_path / "far", "0 0.5 0.5 0.1 0.1\n", frame=100), "yolo", "frame_000100.txt", "0 to 99")
-    named = _yolo(tmp_path / "named", "0 0.5 0.5 0.1 0.1\n")
+    assert_refused(
+        yolo_folder(tmp_path / "far", "0 0.5 0.5 0.1 0.1\n", frame=100), "yolo", "frame_000100.txt", "0 to 99"
+    )
+    named = yolo_folder(tmp_path / "named", "0 0.5 0.5 0.1 0.1\n")
     (named / "labels/train/frame_000010.txt").rename(named / "labels/train/picture.txt")
     assert_refused(named, "yolo", "picture.txt", "no frame number")
 
 
 def test_yolo_clips_boxes_and_reads_polygons(tmp_path: Path) -> None:
-    back = read_onto_drive(_yolo(tmp_path, "0 0.0 0.5 0.2 0.2\n1 0.1 0.1 0.3 0.1 0.3 0.3 0.1 0.3\n"), "yolo")
+    back = read_onto_drive(yolo_folder(tmp_path, "0 0.0 0.5 0.2 0.2\n1 0.1 0.1 0.3 0.1 0.3 0.3 0.1 0.3\n"), "yolo")
     boxes = sorted(tuple(np.round(track.boxes[0], 6)) for track in tracks_of(back).values())
     assert boxes == [(0.0, 144.0, 64.0, 216.0), (64.0, 36.0, 192.0, 108.0)]
     assert any("cut" in sentence for sentence in back.repaired)
@@ -232,9 +216,9 @@ def test_yolo_reads_six_numbers_alike_in_all_files(tmp_path: Path, case: str, ap
     """A triangle whose last corner touches the picture's edge ends in 0 or 1, as do the rows of two tracks."""
     lines, kind, why = SIX[case]
     if apart:
-        _yolo(tmp_path, f"{lines[1]}\n", frame=3)
+        yolo_folder(tmp_path, f"{lines[1]}\n", frame=3)
         lines = lines[:1]
-    back = read_onto_drive(_yolo(tmp_path, "\n".join(lines) + "\n", frame=10), "yolo")
+    back = read_onto_drive(yolo_folder(tmp_path, "\n".join(lines) + "\n", frame=10), "yolo")
     (reported,) = [sentence for sentence in back.repaired if "six numbers" in sentence]
     assert reported.startswith("labels/train/frame_0000")
     assert kind in reported
@@ -248,14 +232,14 @@ def test_yolo_reads_six_numbers_alike_in_all_files(tmp_path: Path, case: str, ap
 
 
 def test_yolo_with_six_ambiguous_numbers_is_refused(tmp_path: Path) -> None:
-    _yolo(tmp_path, "0 0.5 0.5 0.1 0.1 0.9 7\n", frame=3)
-    _yolo(tmp_path, "0 0.5 0.5 0.6 0.5 0.5 0.75\n", frame=10)
+    yolo_folder(tmp_path, "0 0.5 0.5 0.1 0.1 0.9 7\n", frame=3)
+    yolo_folder(tmp_path, "0 0.5 0.5 0.6 0.5 0.5 0.75\n", frame=10)
     words = ("line 1", "three corners", "Got 7 at the end here, 0.75 in labels/train/frame_000010.txt, line 1")
     assert_refused(tmp_path, "yolo", "labels/train/frame_000003.txt", *words)
 
 
 def test_yolo_in_another_encoding(tmp_path: Path) -> None:
-    path = _yolo(tmp_path, "0 0.5 0.5 0.1 0.1\n")
+    path = yolo_folder(tmp_path, "0 0.5 0.5 0.1 0.1\n")
     (path / "data.yaml").write_bytes("names: [Überholverbot]\n".encode("latin-1"))
     assert_refused(path, "yolo", "data.yaml, line 1", "UTF-8")
 

@@ -29,14 +29,6 @@ def test_tables_have_the_layout_of_the_engine(tmp_path: Path) -> None:
         assert set(tracks_of(read_onto_drive(tmp_path / layout, "tracks-csv"))) == {uid}
 
 
-def test_tables_of_another_tool_are_read(tmp_path: Path) -> None:
-    path = write_text(tmp_path, "det.csv", "Frame;Left;Top;Width;Height;Label;Confidence\n1;10;20;30;40;stop;0.5\n")
-    back = read_onto_drive(path, "tracks-csv", first_frame="1")
-    (track,) = tracks_of(back).values()
-    assert (track.frames.tolist(), track.boxes.tolist()) == ([0], [[10, 20, 40, 60]])
-    assert (track.label, track.score.tolist()) == (14, [0.5])
-
-
 @pytest.mark.parametrize(
     ("header", "row", "frame"),
     [

@@ -42,11 +42,10 @@ SPECIAL = "100% drive #1 ü.mp4"
 
 
 @dataclass(frozen=True)
-class BugReport:
+class Report:
     """What a report describes.
 
     Attributes:
-        source: repository and number.
         files: of the folder that is imported.
         frames: those in which boxes must be.
         tracks: how many tracks there must be; 0: not said.
@@ -59,7 +58,6 @@ class BugReport:
         labels: what a person says about names in the file.
     """
 
-    source: str
     files: Mapping[str, str]
     frames: Iterable[int] = TEN
     tracks: int = 0
@@ -84,31 +82,20 @@ HOLE = coco({"frame_000010.jpg": 10, "frame_000011.jpg": 11, "frame_000012.jpg":
     "[112, 86.0, 40, 40.0]", "{}"
 )
 REPORTS = {
-    "hash ends in digits": BugReport("google-coral/tutorials#27", roboflow(HASHES), (10, 11, 12)),
-    "hash ends in a letter": BugReport(
-        "google-coral/tutorials#27", roboflow(f"{h[:-1]}a" for h in HASHES), (10, 11, 12)
+    "google-coral/tutorials#27: hash ends in digits": Report(roboflow(HASHES), (10, 11, 12)),
+    "google-coral/tutorials#27: hash ends in a letter": Report(roboflow(f"{h[:-1]}a" for h in HASHES), (10, 11, 12)),
+    "google-coral/tutorials#27: hash beyond the video": Report(roboflow(f"{h[:-3]}851" for h in HASHES), (10, 11, 12)),
+    "google-coral/tutorials#27: hash in COCO": Report(
+        {"a.json": coco({f"drive_mp4-{f:04d}_jpg.rf.{h}.jpg": f for f, h in enumerate(HASHES, 10)})}, (10, 11, 12)
     ),
-    "hash beyond the video": BugReport(
-        "google-coral/tutorials#27", roboflow(f"{h[:-3]}851" for h in HASHES), (10, 11, 12)
+    "ultralytics/ultralytics#9208: save_txt": Report(save_txt(range(6)), range(6), 1, reported=("from 1",)),
+    "ultralytics/ultralytics#22256: save_txt to the end": Report(
+        save_txt((97, 98, 99)), (97, 98, 99), reported=("from 1",)
     ),
-    "hash in COCO": BugReport(
-        "google-coral/tutorials#27",
-        {"a.json": coco({f"drive_mp4-{f:04d}_jpg.rf.{h}.jpg": f for f, h in enumerate(HASHES, 10)})},
-        (10, 11, 12),
+    "open-mmlab/mmtracking#678: CocoVID": Report(
+        {"cocovid.json": cocovid()}, (10, 10, 15, 15, 20, 20, 25, 25), 2, (100, 80, 140, 120)
     ),
-    "save_txt": BugReport("ultralytics/ultralytics#9208", save_txt(range(6)), range(6), 1, reported=("from 1",)),
-    "save_txt to the end": BugReport(
-        "ultralytics/ultralytics#22256", save_txt((97, 98, 99)), (97, 98, 99), reported=("from 1",)
-    ),
-    "CocoVID": BugReport(
-        "open-mmlab/mmtracking#678",
-        {"cocovid.json": cocovid()},
-        (10, 10, 15, 15, 20, 20, 25, 25),
-        2,
-        (100, 80, 140, 120),
-    ),
-    "CVAT project of videos": BugReport(
-        "cvat-ai/cvat#4502",
+    "cvat-ai/cvat#4502: CVAT project of videos": Report(
         {
             "annotations.xml": "<annotations><meta><project><id>1</id><tasks>"
             f"{task_xml(1, 'other.mp4', 40)}{task_xml(2, 'drive.mp4', 100)}</tasks></project></meta>"
@@ -118,42 +105,32 @@ REPORTS = {
         tracks=1,
         reported=("other.mp4",),
     ),
-    "COCO of two videos": BugReport(
-        "cvat-ai/cvat#4993",
+    "cvat-ai/cvat#4993: COCO of two videos": Report(
         {"a.json": coco({f"{v}/frame_{f:06d}.jpg": f + 20 * (v == "other") for v in ("drive", "other") for f in TEN})},
         reported=("other",),
     ),
-    "CVAT project of pictures": BugReport(
-        "cvat-ai/cvat#3458", {"annotations.xml": f"<annotations>{IMAGES}</annotations>"}, refused="task 1.*task 2"
+    "cvat-ai/cvat#3458: CVAT project of pictures": Report(
+        {"annotations.xml": f"<annotations>{IMAGES}</annotations>"}, refused="task 1.*task 2"
     ),
-    "names that end alike": BugReport(
-        "HumanSignal/label-studio#5749",
-        tasks("other.mp4", "/data/upload/1/1a2b3c4d-rear-drive.mp4"),
-        refused="rear-drive",
+    "HumanSignal/label-studio#5749: names that end alike": Report(
+        tasks("other.mp4", "/data/upload/1/1a2b3c4d-rear-drive.mp4"), refused="rear-drive"
     ),
-    "one other task": BugReport("HumanSignal/label-studio#5749", tasks("other.mp4"), reported=("other.mp4",)),
-    "one task that ends alike": BugReport(
-        "HumanSignal/label-studio#5749", tasks("my-drive.mp4"), reported=("my-drive.mp4",)
+    "HumanSignal/label-studio#5749: one other task": Report(tasks("other.mp4"), reported=("other.mp4",)),
+    "HumanSignal/label-studio#5749: one task that ends alike": Report(
+        tasks("my-drive.mp4"), reported=("my-drive.mp4",)
     ),
-    "local storage": BugReport("HumanSignal/label-studio#1886", tasks("other.mp4", "/data/local-files/?d=drive.mp4")),
-    "sanitised upload": BugReport(
-        "HumanSignal/label-studio#878", tasks("other.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_ü.mp4"), video=SPECIAL
+    "HumanSignal/label-studio#1886: local storage": Report(tasks("other.mp4", "/data/local-files/?d=drive.mp4")),
+    "HumanSignal/label-studio#878: sanitised upload": Report(
+        tasks("other.mp4", "/data/upload/1/1a2b3c4d-100_drive_1_ü.mp4"), video=SPECIAL
     ),
-    "JSON-MIN": BugReport(
-        "HumanSignal/label-studio#2630",
+    "HumanSignal/label-studio#2630: JSON-MIN": Report(
         {"min.json": json.dumps([{"video": "drive.mp4", "id": 1, "box": [region()["value"]], "annotator": 1}])},
         refused="Export as JSON, not JSON-MIN",
     ),
-    "rotation in COCO": BugReport(
-        "cvat-ai/cvat#4745",
-        {"a.json": TURNED.replace("0.0}", "90.0}")},
-        (10,),
-        1,
-        (120, 80, 240, 240),
-        reported=("Rotated",),
+    "cvat-ai/cvat#4745: rotation in COCO": Report(
+        {"a.json": TURNED.replace("0.0}", "90.0}")}, (10,), 1, (120, 80, 240, 240), reported=("Rotated",)
     ),
-    "MOT ids from 0": BugReport(
-        "cheind/py-motmetrics#116",
+    "cheind/py-motmetrics#116: MOT ids from 0": Report(
         {
             "drive.txt": rows("{n},0,{x1},{y1},{w},{h},0.9,-1,-1,-1")
             + rows("{n},1,{x1},{y1},9,9,0.8,-1,-1,-1", (30, 31))
@@ -162,28 +139,20 @@ REPORTS = {
         2,
         label=NONE,
     ),
-    "VisDrone": BugReport(
-        "VisDrone/VisDrone-Dataset#40",
+    "VisDrone/VisDrone-Dataset#40: VisDrone": Report(
         {"drive.txt": rows("{n},4,{x1},{y1},{w},{h},1,4,0,1")},
         tracks=1,
         label=NONE,
         reported=("VisDrone",),
         labels={"car": NONE},
     ),
-    "numpy.savetxt": BugReport(
-        "numpy/numpy#16176",
-        {"drive.txt": rows("{n:.18e} 3e0 {x1:.18e} {y1:.18e} 4e1 4e1 9e-1 -1 -1 -1")},
-        tracks=1,
-        label=NONE,
+    "numpy/numpy#16176: numpy.savetxt": Report(
+        {"drive.txt": rows("{n:.18e} 3e0 {x1:.18e} {y1:.18e} 4e1 4e1 9e-1 -1 -1 -1")}, tracks=1, label=NONE
     ),
-    "BoxMOT": BugReport(
-        "mikel-brostrom/boxmot#1578",
-        {"drive.txt": rows("{n},9,{x1},{y1},{w},{h},1,14,0.412")},
-        tracks=1,
-        reported=("olumn 9",),
+    "mikel-brostrom/boxmot#1578: BoxMOT": Report(
+        {"drive.txt": rows("{n},9,{x1},{y1},{w},{h},1,14,0.412")}, tracks=1, reported=("olumn 9",)
     ),
-    "seqinfo.ini without a size": BugReport(
-        "cvat-ai/cvat#3940",
+    "cvat-ai/cvat#3940: seqinfo.ini without a size": Report(
         {
             "gt/gt.txt": rows("{n},4,{x1},{y1},{w},{h},1,1,1"),
             "gt/labels.txt": "stop\nyield\n",
@@ -191,15 +160,12 @@ REPORTS = {
         },
         tracks=1,
     ),
-    "CSVSink": BugReport(
-        "roboflow/supervision#746", {"sv.csv": rows(SINK_ROW, header=f"{SINK},frame_number")}, tracks=1
+    "roboflow/supervision#746: CSVSink": Report({"sv.csv": rows(SINK_ROW, header=f"{SINK},frame_number")}, tracks=1),
+    "roboflow/supervision#746: CSVSink, frame_index": Report(
+        {"sv.csv": rows(SINK_ROW, header=f"{SINK},frame_index")}, tracks=1
     ),
-    "CSVSink, frame_index": BugReport(
-        "roboflow/supervision#746", {"sv.csv": rows(SINK_ROW, header=f"{SINK},frame_index")}, tracks=1
-    ),
-    "to_json": BugReport("ultralytics/ultralytics#9208", {"res.json": json.dumps(results())}, tracks=1),
-    "a name beats a number": BugReport(
-        "ultralytics/ultralytics#9208",
+    "ultralytics/ultralytics#9208: to_json": Report({"res.json": json.dumps(results())}, tracks=1),
+    "ultralytics/ultralytics#9208: a name beats a number": Report(
         {
             "res.csv": rows(
                 "{f},stop,0,0.9,3,{x1},{y1},{x2},{y2}", header="frame,name,class,confidence,track_id,x1,y1,x2,y2"
@@ -207,44 +173,38 @@ REPORTS = {
         },
         tracks=1,
     ),
-    "FiftyOne without key frames": BugReport(
-        "voxel51/fiftyone#1374",
+    "voxel51/fiftyone#1374: FiftyOne without key frames": Report(
         {"drive.xml": f'<annotations><track id="1" label="stop">{boxes_xml(TEN, flags="")}</track></annotations>'},
         tracks=1,
     ),
-    "a rounding below 0": BugReport(
-        "own, after verify_image_label of Ultralytics",
+    "own: a rounding below 0": Report(
         {"data.yaml": YAML, "labels/train/frame_000010.txt": "0 -0.0000001 0.5 0.0625 0.1\n"},
         (10,),
         first=(0, 162, 20, 198),
     ),
-    "ids as 11.0": BugReport(
-        "cocodataset/cocoapi#497",
-        {"a.json": coco({"frame_000010.jpg": 10}, note={"image_id": 1.0, "category_id": 1.0})},
-        (10,),
+    "cocodataset/cocoapi#497: ids as 11.0": Report(
+        {"a.json": coco({"frame_000010.jpg": 10}, note={"image_id": 1.0, "category_id": 1.0})}, (10,)
     ),
-    "a box of no height": BugReport(
-        "voxel51/fiftyone#1138", {"a.json": HOLE.replace("{}", "[112, 86, 40, 0]")}, refused="bad_boxes"
+    "voxel51/fiftyone#1138: a box of no height": Report(
+        {"a.json": HOLE.replace("{}", "[112, 86, 40, 0]")}, refused="bad_boxes"
     ),
-    "a box of no height, left out": BugReport(
-        "voxel51/fiftyone#1138",
+    "voxel51/fiftyone#1138: a box of no height, left out": Report(
         {"a.json": HOLE.replace("{}", "[112, 86, 40, 0]")},
         (10, 11),
         switches={"bad_boxes": "skip"},
         reported=("1 box",),
     ),
-    "no box at all, left out": BugReport(
-        "CVHub520/X-AnyLabeling#397", {"a.json": HOLE.replace("{}", "[]")}, (10, 11), switches={"bad_boxes": "skip"}
+    "CVHub520/X-AnyLabeling#397: no box at all, left out": Report(
+        {"a.json": HOLE.replace("{}", "[]")}, (10, 11), switches={"bad_boxes": "skip"}
     ),
-    "quoted keys in data.yaml": BugReport(
-        "own", {"data.yaml": '"names":\n  0: stop\n', "labels/train/frame_000010.txt": yolo(10)}, (10,)
+    "own: quoted keys in data.yaml": Report(
+        {"data.yaml": '"names":\n  0: stop\n', "labels/train/frame_000010.txt": yolo(10)}, (10,)
     ),
 }
 
 
-@pytest.mark.parametrize("name", list(REPORTS))
-def test_reported_files_are_read_correctly_or_refused(name: str, tmp_path: Path) -> None:
-    report = REPORTS[name]
+@pytest.mark.parametrize("report", REPORTS.values(), ids=list(REPORTS))
+def test_reported_files_are_read_correctly_or_refused(report: Report, tmp_path: Path) -> None:
     for file, content in report.files.items():
         path = tmp_path / "input" / file
         path.parent.mkdir(parents=True, exist_ok=True)

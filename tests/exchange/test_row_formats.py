@@ -90,7 +90,7 @@ def test_mot_scores_are_exported_as_detections(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("row", "words"),
     [
-        ("0,1,10,10,20,20,1,15,1", ("line 1", "1 to 100", "0 or 1")),
+        ("0,1,10,10,20,20,1,15,1", ("line 1", "frame 0 must be in 1 to 100", "first_frame=0")),
         ("101,1,10,10,20,20,1,15,1", ("line 1", "1 to 100")),
         ("1,1,nan,10,20,20,1,15,1", ("line 1", "finite")),
         ("1,1,10,10,-20,20,1,15,1", ("line 1", "positive width")),
@@ -237,6 +237,10 @@ def test_crops_are_matched_to_their_video(tmp_path: Path) -> None:
     found = read_onto_drive(_of_videos(tmp_path / "one", "other.mp4"), "gtsrb")
     assert "names other.mp4" in found.repaired[0]
     assert _only_track(found) == ([3], [[5, 6, 24, 25]])
+    crops = tmp_path / "one/crops.csv"
+    crops.write_text(crops.read_text().replace("m0,1,0,0,", "m0,1,0,1,"))
+    (track,) = tracks_of(read_onto_drive(crops.parent, "gtsrb")).values()
+    np.testing.assert_array_equal(track.ignore, [True])
     two = _of_videos(tmp_path / "two", "other.mp4", "rear-drive.mp4")
     assert_refused(two, "gtsrb", "2 videos, none about drive.mp4", "other.mp4", "task=NAME")
     assert _only_track(read_onto_drive(two, "gtsrb", task="rear-drive"))[1] == [[15, 6, 34, 25]]

@@ -60,6 +60,7 @@ DICT = "\"{{'x1': {x1}, 'y1': {y1}, 'x2': {x2}, 'y2': {y2}}}\""
          "{f},stop,0,0.9,7,{x1},{y1},{x2},{y2}"),
         ("frame,track_id,xyxy,class_name", '{f},7,"[{x1}, {y1}, {x2}, {y2}]",stop'),
         ("frame;id;bbox;label", "{f};7;({x1}, {y1}, 40, 40);stop"),
+        ("Frame;ID;Left;Top;Width;Height;Label;Confidence", "{f};7;{x1};{y1};40;40;stop;0.5"),
         ("Frame Number,Track-ID,X Min,Y Min,X Max,Y Max,Class Name,Class ID",
          "{f},7,{x1},{y1},{x2},{y2},stop,3"),
         ("FRAME\tTRACK_ID\tXMIN\tYMIN\tXMAX\tYMAX\tCATEGORY", "{f}\t7\t{x1}\t{y1}\t{x2}\t{y2}\tstop"),

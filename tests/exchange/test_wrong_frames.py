@@ -12,20 +12,18 @@ import re
 import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.exchange.small_datasets import GTSRB, make_track, make_video, target_of
+from tests.exchange.small_datasets import GTSRB, make_track, make_video, target_of, write_grey_video
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.load import read_dataset
 from tsr_engine.exchange.registry import FORMATS
-from tsr_engine.io.video_writer import VideoWriter
 
 WIDTH, HEIGHT, FRAMES = 64, 48, 16
 PICTURES = ("cvat-images", "coco", "yolo", "voc", "gtsdb", "datumaro")
@@ -97,11 +95,7 @@ def _never_silent(found: Outcome, plain: Outcome, what: object = "") -> None:
 
 @pytest.fixture(scope="module")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("silent") / "drive.mp4"
-    with VideoWriter(path, WIDTH, HEIGHT, Fraction(25)) as writer:
-        for k in range(FRAMES):
-            writer.write(np.full((HEIGHT, WIDTH, 3), 10 * k, dtype=np.uint8))
-    return path
+    return write_grey_video(tmp_path_factory.mktemp("silent") / "drive.mp4", WIDTH, HEIGHT, FRAMES)
 
 
 def _tracks(frames: Iterable[int], offset: tuple[float, float] = (0, 0)) -> list[Track]:
@@ -217,10 +211,7 @@ def test_a_file_that_names_another_video_is_reported(name: str, other: str, clip
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_pictures_of_another_size_are_refused(name: str, clip: Path, tmp_path: Path) -> None:
     wide = 2 * WIDTH, 2 * HEIGHT
-    big = tmp_path / "big.mp4"
-    with VideoWriter(big, *wide, Fraction(25)) as writer:
-        for _ in range(FRAMES):
-            writer.write(np.zeros((wide[1], wide[0], 3), dtype=np.uint8))
+    big = write_grey_video(tmp_path / "big.mp4", *wide, FRAMES)
     inside = _video(_tracks(range(3, 9)), big, width=wide[0], height=wide[1])
     found = _read(_exported(name, tmp_path / "inside", inside), _video(), name)
     assert name in NAMES_NO_SIZE or f"{wide[0]}x{wide[1]}" in found.refused
@@ -233,10 +224,7 @@ def test_pictures_of_another_size_are_refused(name: str, clip: Path, tmp_path: P
 
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_a_file_of_a_longer_video_is_reported(name: str, tmp_path: Path) -> None:
-    long = tmp_path / "long.mp4"
-    with VideoWriter(long, WIDTH, HEIGHT, Fraction(25)) as writer:
-        for k in range(2 * FRAMES):
-            writer.write(np.full((HEIGHT, WIDTH, 3), 4 * k, dtype=np.uint8))
+    long = write_grey_video(tmp_path / "long.mp4", WIDTH, HEIGHT, 2 * FRAMES)
     beyond = _video(_tracks(range(FRAMES - 6, FRAMES + 6)), long, frames=2 * FRAMES)
     found = _read(_exported(name, tmp_path / "beyond", beyond), _video(), name)
     assert found.refused or len(found.reported) > 1, found
@@ -264,16 +252,6 @@ def test_ambiguous_frame_numbers_are_reported(name: str, by: int, clip: Path, tm
 
 
 @pytest.mark.parametrize("name", PICTURES)
-@pytest.mark.parametrize("stem", ["", "img_", "drive_", "drive-", "frame"])
-def test_pictures_counted_from_one_are_read_and_reported(name: str, stem: str, clip: Path, tmp_path: Path) -> None:
-    video = _video(_tracks(range(FRAMES)), clip)
-    plain = _read(_exported(name, tmp_path / "plain", video), _video(), name)
-    found = _read(_as_others_name(name, _exported(name, tmp_path / "moved", video), stem, 1), _video(), name)
-    assert found.boxes == plain.boxes, found
-    assert "from 1" in " ".join(found.reported)
-
-
-@pytest.mark.parametrize("name", PICTURES)
 @pytest.mark.parametrize("stem", ["", "img_", "drive_", "frame"])
 @pytest.mark.parametrize("origin", [0, 1])
 def test_pictures_whose_numbers_fit_both_counts(name: str, stem: str, origin: int, clip: Path, tmp_path: Path) -> None:
@@ -283,21 +261,6 @@ def test_pictures_whose_numbers_fit_both_counts(name: str, stem: str, origin: in
     found = _read(out, _video(), name)
     assert "first_frame" in found.refused + " ".join(found.reported), found
     assert _read(out, _video(), name, first_frame=str(origin)).boxes == plain.boxes
-
-
-@pytest.mark.parametrize("name", PICTURES)
-@pytest.mark.parametrize(
-    "called", ["0a1b2c3d4e5f60718293a4b5c6d7e{:03d}", "3f2504e0-4f89-11d3-9a0c-0305e82c3{:03d}", "20240501_1230{:02d}"]
-)
-def test_hashes_and_dates_are_not_frame_numbers(name: str, called: str, clip: Path, tmp_path: Path) -> None:
-    out = _exported(name, tmp_path / "out", _video(_tracks(range(3, 9)), clip))
-    _as_others_name(name, out, "frame_" if name != "gtsdb" else "")
-    pattern = re.compile(r"\b(\d{5})(?=\.jpg)" if name == "gtsdb" else r"\bframe_(\d{6})")
-
-    def renamed(text: str) -> str:
-        return pattern.sub(lambda found: called.format(int(found[1])), text)
-
-    assert _read(_changed(out, renamed, renamed), _video(), name).refused
 
 
 def _cut_positions(size: int, most: int = 24) -> list[int]:

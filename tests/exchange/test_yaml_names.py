@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.exchange.image_datasets import yolo_folder
 from tests.exchange.small_datasets import make_dataset, make_label_set, target_of, tracks_of
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.added_labels import UnknownLabels
@@ -111,10 +112,7 @@ def test_nested_aliases_do_not_use_memory(tmp_path: Path) -> None:
 
 def test_quoted_names_in_an_import(tmp_path: Path) -> None:
     """As a user's script writes it: number 0 is a stop sign, not the tool's class 0."""
-    label = tmp_path / "labels" / "train" / "frame_000010.txt"
-    label.parent.mkdir(parents=True)
-    label.write_text("0 0.5 0.5 0.0625 0.1\n")
-    (tmp_path / "data.yaml").write_text('"names":\n  0: stop\n')
+    yolo_folder(tmp_path, "0 0.5 0.5 0.0625 0.1\n", names='"names":\n  0: stop\n')
     found = read_dataset(tmp_path, target_of(make_dataset()))
     (track,) = tracks_of(found).values()
     assert track.label == 14
@@ -123,15 +121,13 @@ def test_quoted_names_in_an_import(tmp_path: Path) -> None:
 
 def test_gtsrb_classes_named_by_number(tmp_path: Path) -> None:
     """Common in files. The numbers in any other list are names, which the user must map."""
-    label = tmp_path / "labels" / "train" / "frame_000010.txt"
-    label.parent.mkdir(parents=True)
-    label.write_text("14 0.5 0.5 0.0625 0.1\n")
-    (tmp_path / "data.yaml").write_text(f"names: {[str(number) for number in range(43)]}\n")
+    row = "14 0.5 0.5 0.0625 0.1\n"
+    yolo_folder(tmp_path, row, names=f"names: {[str(number) for number in range(43)]}\n")
     team = make_label_set("yield", "stop")
     team = team.model_copy(update={"labels": (team.labels[0], team.labels[1].model_copy(update={"key": "stop"}))})
     found = read_dataset(tmp_path, target_of(Dataset(team, make_dataset().videos)))
     assert [track.label for track in tracks_of(found).values()] == [1]
     assert any("data.yaml: 43 classes have their numbers as names" in sentence for sentence in found.repaired)
-    (tmp_path / "data.yaml").write_text(f"names: {[str(number) for number in range(42)]}\n")
+    yolo_folder(tmp_path, row, names=f"names: {[str(number) for number in range(42)]}\n")
     with pytest.raises(UnknownLabels, match="'14'"):
         read_dataset(tmp_path, target_of(make_dataset()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,15 +27,15 @@ class CountingVideo(Video):
             yield frame
 
 
-def pictures_of(video: Video) -> list[np.ndarray]:
-    return [frame.picture for frame in video.frames()]
+def pictures_of(path: Path) -> list[np.ndarray]:
+    with open_video(path) as video:
+        return [frame.picture for frame in video.frames()]
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_pictures_equal_those_of_a_sequential_pass(kind: str, make_video: Any) -> None:
     path = make_video(kind).path
-    with open_video(path) as video:
-        truth = pictures_of(video)
+    truth = pictures_of(path)
     middle = len(truth) // 2
     with open_video(path) as video, BidirectionalFrames(video) as give:
         order = [middle]
@@ -53,8 +54,7 @@ def test_the_pictures_equal_those_of_a_sequential_pass(kind: str, make_video: An
 @pytest.mark.parametrize("kind", KINDS)
 def test_prepared_frames_are_equal_and_need_no_further_pass(kind: str, make_video: Any) -> None:
     path = make_video(kind).path
-    with open_video(path) as video:
-        truth = pictures_of(video)
+    truth = pictures_of(path)
     middle = len(truth) // 2
     with CountingVideo(OpenedFile.by_name(path), VideoLimits()) as video, BidirectionalFrames(video) as give:
         for k in (2, middle):
@@ -70,8 +70,7 @@ def test_prepared_frames_are_equal_and_need_no_further_pass(kind: str, make_vide
 
 def test_a_jump_works(make_video: Any) -> None:
     path = make_video("b_frames").path
-    with open_video(path) as video:
-        truth = pictures_of(video)
+    truth = pictures_of(path)
     with open_video(path) as video, BidirectionalFrames(video) as give:
         for k in (20, 3, 19, 4, 20, 21, 2):
             frame = give(k)
@@ -81,8 +80,7 @@ def test_a_jump_works(make_video: Any) -> None:
 
 def test_going_back_through_a_long_group_decodes_each_frame_once(make_video: Any) -> None:
     path = make_video("long_gop").path
-    with open_video(path) as video:
-        count = len(pictures_of(video))
+    count = len(pictures_of(path))
     with CountingVideo(OpenedFile.by_name(path), VideoLimits()) as video, BidirectionalFrames(video) as give:
         CountingVideo.decoded = 0
         for k in range(count - 1, -1, -1):

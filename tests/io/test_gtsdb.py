@@ -53,11 +53,6 @@ def test_bad_rows_are_named_by_line(tmp_path: Path, truth: str, words: list[str]
     assert all(word in str(caught.value) for word in words)
 
 
-def test_missing_pictures_may_be_left_out(tmp_path: Path) -> None:
-    scenes = read_gtsdb(make_folder(tmp_path, "00000.jpg;1;2;3;4;5\n00007.jpg;1;2;3;4;5\n"), allow_missing=True)
-    assert [len(s.boxes) for s in scenes] == [1, 0]
-
-
 def test_missing_folder_truth_and_pictures(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="Expected a folder"):
         read_gtsdb(tmp_path / "nowhere")

@@ -8,7 +8,7 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -79,6 +79,17 @@ def x264(**more: str) -> dict[str, str]:
     return {"preset": "ultrafast", "crf": "18", "threads": "1", "g": "12", "bf": "0", "sc_threshold": "0", **more}
 
 
+def x265(more: str = "") -> dict[str, str]:
+    return {"preset": "ultrafast", "x265-params": f"log-level=none:keyint=12:bframes=3{more}:pools=none"}
+
+
+def rotated(degrees: int, shape: Fraction = Fraction(1)) -> Recipe:
+    """Pictures on their side, which a player turns upright."""
+    orient = partial(np.rot90, k=degrees // 90)
+    turn = -90 if degrees == 90 else 90, False
+    return Recipe(options=x264(), turn=turn, orient=orient, rotation=degrees, size=(HEIGHT, WIDTH), shape=shape)
+
+
 def _irregular(k: int) -> int:
     return k * 40 + (k * k * 13) % 37  # milliseconds, monotonic
 
@@ -87,76 +98,62 @@ def _some_twice(k: int) -> int:
     return 40 * (k - (k >= 10 and k % 7 == 3))  # milliseconds: frames 10, 17, 24, ... are shown with the one before
 
 
+_X264 = x264(bf="2")
+_MPEG = {"bf": "2", "g": "12", "qscale": "2"}
+_MS, _DELAY = Fraction(1, 1000), Fraction(2, 25)
 RECIPES: dict[str, Recipe] = {
     "constant": Recipe(options=x264()),
-    "ntsc": Recipe(options=x264(bf="2"), time_base=Fraction(1001, 30000)),
-    "variable": Recipe(options=x264(bf="2"), ticks=_irregular, time_base=Fraction(1, 1000)),
+    "ntsc": Recipe(options=_X264, time_base=Fraction(1001, 30000)),
+    "variable": Recipe(options=_X264, ticks=_irregular, time_base=_MS),
     "b_frames": Recipe(options=x264(preset="veryfast", bf="3", **{"b-pyramid": "normal"})),
     "long_gop": Recipe(options=x264(bf="2", g="250")),
     "open_gop": Recipe(options=x264(preset="veryfast", bf="3", **{"x264-params": "open-gop=1:b-adapt=0"})),
-    "offset_start": Recipe(options=x264(bf="2"), ticks=lambda k: k + 133),
-    "fragmented": Recipe(
-        options=x264(bf="2"), container={"movflags": "frag_keyframe+empty_moov"}, delay=Fraction(2, 25)
-    ),
-    "index_first": Recipe(options=x264(bf="2"), container={"movflags": "faststart"}),
-    "odd_size": Recipe(options=x264(bf="2"), pix_fmt="yuv444p", size=(99, 67)),
+    "offset_start": Recipe(options=_X264, ticks=lambda k: k + 133),
+    "fragmented": Recipe(options=_X264, container={"movflags": "frag_keyframe+empty_moov"}, delay=_DELAY),
+    "index_first": Recipe(options=_X264, container={"movflags": "faststart"}),
+    "odd_size": Recipe(options=_X264, pix_fmt="yuv444p", size=(99, 67)),
     "odd_size_vp9": Recipe(
         ".webm", "libvpx-vp9", {"cpu-used": "8", "deadline": "realtime", "g": "12"}, size=(101, 67), count=20
     ),
-    "matroska_variable": Recipe(".mkv", options=x264(bf="2"), ticks=_irregular, time_base=Fraction(1, 1000)),
+    "matroska_variable": Recipe(".mkv", options=_X264, ticks=_irregular, time_base=_MS),
     # a millisecond clock is too coarse: every second frame repeats the previous stamp
-    "repeated_stamps": Recipe(".mkv", options=x264(g="1"), ticks=lambda k: k // 2 * 40, time_base=Fraction(1, 1000)),
-    "repeated_stamps_ffv1": Recipe(
-        ".mkv", "ffv1", {"g": "1"}, pix_fmt="bgr0", ticks=_some_twice, time_base=Fraction(1, 1000)
-    ),
-    "repeated_stamps_gop": Recipe(".mkv", options=x264(bf="2"), ticks=_some_twice, time_base=Fraction(1, 1000)),
-    "fast": Recipe(
-        ".mkv", "ffv1", {"g": "1"}, pix_fmt="bgr0", ticks=lambda k: k // 2, time_base=Fraction(1, 1000), count=100
-    ),
-    "avi_h264": Recipe(".avi", options=x264(bf="2")),
-    "avi_mpeg4": Recipe(".avi", "mpeg4", {"bf": "2", "g": "12", "qscale": "2"}),
+    "repeated_stamps": Recipe(".mkv", options=x264(g="1"), ticks=lambda k: k // 2 * 40, time_base=_MS),
+    "repeated_stamps_ffv1": Recipe(".mkv", "ffv1", {"g": "1"}, pix_fmt="bgr0", ticks=_some_twice, time_base=_MS),
+    "repeated_stamps_gop": Recipe(".mkv", options=_X264, ticks=_some_twice, time_base=_MS),
+    "fast": Recipe(".mkv", "ffv1", {"g": "1"}, pix_fmt="bgr0", ticks=lambda k: k // 2, time_base=_MS, count=100),
+    "avi_h264": Recipe(".avi", options=_X264),
+    "avi_mpeg4": Recipe(".avi", "mpeg4", _MPEG),
     "avi_mjpeg": Recipe(".avi", "mjpeg", {"qscale": "2"}, pix_fmt="yuvj420p", count=12),
     "mov_mjpeg": Recipe(".mov", "mjpeg", {"qscale": "2"}, pix_fmt="yuvj420p", count=12),
-    "hevc": Recipe(
-        codec="libx265",
-        options={"preset": "ultrafast", "x265-params": "log-level=none:keyint=12:bframes=3:open-gop=1:pools=none"},
-        count=40,
-    ),
-    "ts": Recipe(".ts", options=x264(bf="2"), delay=Fraction(2, 25)),
+    "hevc": Recipe(codec="libx265", options=x265(":open-gop=1"), count=40),
+    "ts": Recipe(".ts", options=_X264, delay=_DELAY),
     "ts_open_gop": Recipe(
-        ".ts", options=x264(preset="veryfast", bf="3", **{"x264-params": "open-gop=1:b-adapt=0"}), delay=Fraction(2, 25)
+        ".ts", options=x264(preset="veryfast", bf="3", **{"x264-params": "open-gop=1:b-adapt=0"}), delay=_DELAY
     ),
     "ts_mpeg2_interlaced": Recipe(
         ".ts", "mpeg2video", {"bf": "2", "g": "12", "qscale": "2", "flags": "+ildct+ilme"}, delay=Fraction(1, 25)
     ),
-    "ts_odd_size": Recipe(".ts", options=x264(bf="2"), pix_fmt="yuv444p", size=(99, 67), delay=Fraction(2, 25)),
-    "m2ts": Recipe(
-        ".mts", options=x264(bf="2"), container={"mpegts_m2ts_mode": "1"}, format="mpegts", delay=Fraction(2, 25)
-    ),
-    "ps": Recipe(".mpg", "mpeg2video", {"bf": "2", "g": "12", "qscale": "2"}, delay=Fraction(27, 50)),
-    "raw_h264": Recipe(".h264", options=x264(bf="2")),
-    "raw_hevc": Recipe(
-        ".hevc",
-        "libx265",
-        {"preset": "ultrafast", "x265-params": "log-level=none:keyint=12:bframes=3:pools=none"},
-        count=40,
-    ),
-    "flv": Recipe(".flv", options=x264(bf="2"), delay=Fraction(2, 25)),
+    "ts_odd_size": Recipe(".ts", options=_X264, pix_fmt="yuv444p", size=(99, 67), delay=_DELAY),
+    "m2ts": Recipe(".mts", options=_X264, container={"mpegts_m2ts_mode": "1"}, format="mpegts", delay=_DELAY),
+    "ps": Recipe(".mpg", "mpeg2video", _MPEG, delay=Fraction(27, 50)),
+    "raw_h264": Recipe(".h264", options=_X264),
+    "raw_hevc": Recipe(".hevc", "libx265", x265(), count=40),
+    "flv": Recipe(".flv", options=_X264, delay=_DELAY),
     "wmv": Recipe(".wmv", "wmv2", {"g": "12", "qscale": "2"}),
     "gif": Recipe(".gif", "gif", pix_fmt="rgb8"),
     "apng": Recipe(".png", "apng", pix_fmt="rgb24", format="apng"),
     "webp": Recipe(".webp", "libwebp_anim", pix_fmt="yuv420p"),
     "untimed_start": Recipe(
         ".mkv",
-        options=x264(bf="2"),
+        options=_X264,
         container={"avoid_negative_ts": "disabled", "cluster_time_limit": "480"},
         ticks=lambda k: 40 * k - 1200,
-        time_base=Fraction(1, 1000),
+        time_base=_MS,
     ),
     # the 33-bit clock of MPEG wraps at the twentieth picture
     "ts_wrap": Recipe(
         ".ts",
-        options=x264(bf="2"),
+        options=_X264,
         ticks=lambda k: 2**33 - 2**33 % 3600 + (k - 20) * 3600,
         time_base=Fraction(1, 90_000),
         delay=Fraction(-(2**33), 90_000),
@@ -165,26 +162,13 @@ RECIPES: dict[str, Recipe] = {
     "avi_repeats": Recipe(
         ".avi", "mjpeg", {"qscale": "2"}, pix_fmt="yuvj420p", count=12, ticks=lambda k: k + 8 * (k >= 5)
     ),
-    "wide_pixels": Recipe(options=x264(bf="2"), shape=Fraction(4, 3)),
-    "wide_pixels_ps": Recipe(
-        ".mpg", "mpeg2video", {"bf": "2", "g": "12", "qscale": "2"}, shape=Fraction(8, 9), delay=Fraction(27, 50)
-    ),
-    "wide_pixels_rotated": Recipe(
-        options=x264(),
-        turn=(-90, False),
-        orient=lambda p: np.rot90(p, 1),
-        rotation=90,
-        size=(HEIGHT, WIDTH),
-        shape=Fraction(4, 3),
-    ),
+    "wide_pixels": Recipe(options=_X264, shape=Fraction(4, 3)),
+    "wide_pixels_ps": Recipe(".mpg", "mpeg2video", _MPEG, shape=Fraction(8, 9), delay=Fraction(27, 50)),
+    "wide_pixels_rotated": rotated(90, shape=Fraction(4, 3)),
     "single": Recipe(options=x264(), count=1),
-    "rotated_90": Recipe(
-        options=x264(), turn=(-90, False), orient=lambda p: np.rot90(p, 1), rotation=90, size=(HEIGHT, WIDTH)
-    ),
-    "rotated_180": Recipe(options=x264(bf="2"), turn=(180, False), orient=lambda p: np.rot90(p, 2), rotation=180),
-    "rotated_270": Recipe(
-        options=x264(), turn=(90, False), orient=lambda p: np.rot90(p, -1), rotation=270, size=(HEIGHT, WIDTH)
-    ),
+    "rotated_90": rotated(90),
+    "rotated_180": Recipe(options=_X264, turn=(180, False), orient=lambda p: np.rot90(p, 2), rotation=180),
+    "rotated_270": rotated(270),
     "mirrored": Recipe(options=x264(), turn=(0, True), orient=lambda p: p[:, ::-1]),
 }
 

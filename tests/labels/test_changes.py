@@ -10,15 +10,7 @@ import pytest
 from tests.labels.test_label_set import make_label, make_set
 from tests.waiting import time_limit
 from tsr_engine.labels.adopting import adopt_labels
-from tsr_engine.labels.changes import (
-    add_label,
-    hide_label,
-    key_of,
-    merge_labels,
-    set_picture,
-    show_label,
-    update_label,
-)
+from tsr_engine.labels.changes import add_label, hide_label, key_of, merge_labels, set_picture, show_label, update_label
 from tsr_engine.labels.conflicts import ChangeError, NoLabelError, TakenError
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import MAX_LABELS, Label, LabelSet

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from pydantic import ValidationError
@@ -17,26 +18,8 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import Attribute, AttributeKind, AttributeValue, Label, LabelSet
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["RowAttributes", "add_attributes"]
-
 RowAttributes = JsonMapping | None
 """Attributes of a row by name; None: the row has none."""
-
-
-@dataclass(slots=True)
-class _SkipCounts:
-    """Counts sentences about attributes by kind."""
-
-    counts: dict[tuple[str, str], int] = field(default_factory=dict)
-
-    def count(self, what: str, reason: str) -> None:
-        self.counts[what, reason] = self.counts.get((what, reason), 0) + 1
-
-    def skipped(self) -> list[Skipped]:
-        return [
-            Skipped(f"{what} ({count} times)" if count > 1 else what, reason)
-            for (what, reason), count in self.counts.items()
-        ]
 
 
 def add_attributes(
@@ -60,7 +43,7 @@ def add_attributes(
     Returns:
         The label set, and what was left out.
     """
-    skips = _SkipCounts()
+    skips = Counter[Skipped]()
     by_label: dict[int, dict[str, list[list[object]]]] = {}
     for index, row_attributes in rows.items():
         columns_by_name = by_label.setdefault(tracks[index].label, {})
@@ -90,7 +73,9 @@ def add_attributes(
         tracks[index] = _with_answers(
             track, row_attributes, known.get(track.label, {}), None if label is None else label.name, skips
         )
-    return labels, skips.skipped()
+    return labels, [
+        replace(each, what=f"{each.what} ({count} times)") if count > 1 else each for each, count in skips.items()
+    ]
 
 
 def _columns(rows: Sequence[RowAttributes]) -> dict[str, list[object]]:
@@ -165,7 +150,11 @@ def _answer(attribute: Attribute, value: AttributeValue) -> AttributeValue:
 
 
 def _with_answers(
-    track: Track, rows: Sequence[RowAttributes], known: Mapping[str, Attribute], label: str | None, skips: _SkipCounts
+    track: Track,
+    rows: Sequence[RowAttributes],
+    known: Mapping[str, Attribute],
+    label: str | None,
+    skips: Counter[Skipped],
 ) -> Track:
     """The track with the values of its rows."""
     constant: dict[str, AttributeValue] = {}
@@ -178,7 +167,7 @@ def _with_answers(
                 if track.label != NO_CLASS and label is not None
                 else "Tracks without a label have no attributes."
             )
-            skips.count(f"attribute {name[:80]!r}", why)
+            skips[Skipped(f"attribute {name[:80]!r}", why)] += 1
             continue
         values = np.full(len(track.frames), None, object)
         for k, row in enumerate(rows):
@@ -186,7 +175,8 @@ def _with_answers(
                 try:
                     values[k] = _answer(attribute, row[name])
                 except ValueError as error:
-                    skips.count(f"answers to {name[:80]!r} of {label!r}", f"The label set says: {str(error)[:200]}.")
+                    reason = f"The label set says: {str(error)[:200]}."
+                    skips[Skipped(f"answers to {name[:80]!r} of {label!r}", reason)] += 1
         given = [value for value in values.tolist() if value is not None]
         if not given:
             continue
@@ -195,6 +185,6 @@ def _with_answers(
             continue
         if any(value != given[0] for value in given):
             reason = f"{label!r} has one answer for a whole track; the first one was taken."
-            skips.count(f"answers to {name[:80]!r} that change within a track", reason)
+            skips[Skipped(f"answers to {name[:80]!r} that change within a track", reason)] += 1
         constant[name] = given[0]
     return replace(track, attributes=constant, changing=changing)

@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 from pydantic import ValidationError
 
 from tsr_engine.errors import ImportFormatError
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.labels.changes import key_of, next_version
 from tsr_engine.labels.conflicts import ChangeError
 from tsr_engine.labels.model import MAX_LABELS, Attribute, Label, LabelSet
 from tsr_engine.labels.name_matching import comparable
 from tsr_engine.plural import plural
-
-__all__ = ["DeclaredLabel", "UnknownLabel", "UnknownLabels", "unknown_labels_error", "with_labels", "with_new_labels"]
 
 _MAX_LISTED = 8
 """Most names in the sentence of a refusal; its list has all of them."""
@@ -57,7 +56,7 @@ class UnknownLabel:
     suggestions: tuple[Label, ...]
     similar: bool
     frame: int
-    box: tuple[float, float, float, float]
+    box: Edges
     location: str
 
 
@@ -127,7 +126,7 @@ def with_new_labels(
     ids: dict[str, int] = {}
     known: dict[str, int] = {}
     added: list[Label] = []
-    used_names = {comparable(word) for label in labels for word in (label.key, label.name, *label.aliases)}
+    used_names = {comparable(word) for label in labels for word in label.words}
     for name in names:
         normalized_name = comparable(name)
         if normalized_name in known:

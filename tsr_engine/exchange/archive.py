@@ -25,28 +25,10 @@ __all__ = ["ArchiveLimits", "pack", "unpack"]
 
 _CHUNK_BYTES = 1 << 20
 _ARCHIVE_SUFFIXES = (
-    ".zip",
-    ".7z",
-    ".rar",
-    ".tar",
-    ".gz",
-    ".tgz",
-    ".bz2",
-    ".tbz",
-    ".tbz2",
-    ".xz",
-    ".txz",
-    ".zst",
-    ".lz",
-    ".jar",
+    *(".zip", ".7z", ".rar", ".tar", ".gz", ".tgz", ".bz2", ".tbz", ".tbz2", ".xz", ".txz", ".zst", ".lz", ".jar"),
 )
 _ARCHIVE_SIGNATURES = (
-    b"PK\x03\x04",
-    b"7z\xbc\xaf\x27\x1c",
-    b"Rar!\x1a\x07",
-    b"\x1f\x8b\x08",
-    b"BZh",
-    b"\xfd7zXZ\x00",
+    *(b"PK\x03\x04", b"7z\xbc\xaf\x27\x1c", b"Rar!\x1a\x07", b"\x1f\x8b\x08", b"BZh", b"\xfd7zXZ\x00"),
     b"\x28\xb5\x2f\xfd",
 )
 _CONTROL = re.compile("[\0-\x1f]")

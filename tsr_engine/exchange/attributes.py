@@ -15,34 +15,20 @@ from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import AttributeValue
 from tsr_engine.plural import plural
 
-__all__ = [
-    "attributes_as_json",
-    "frame_values",
-    "json_members",
-    "label_values",
-    "lost_attributes",
-    "original_name",
-    "parse_attributes",
-    "tool_values",
-    "track_attributes",
-    "value_as_text",
-    "written_name",
-]
-
 PREFIX: Final = "attribute:"
 """Prefix of a label's attribute whose name the format needs for something else."""
-_TOOL_NAMES: Final = frozenset(
-    {"uid", "state", "source", "note", "score", "ignore", "frame_label", "track_id", "keyframe", "outside", "occluded"}
-    | {"rotation"}
+BOX_NAMES: Final = frozenset({"uid", "state", "source", "note", "score", "track_id", "keyframe"}) | frozenset(
+    {"occluded", "outside", "rotation", "ignore"}
 )
-"""Attributes of boxes that this tool or CVAT writes."""
+"""Attributes of boxes that this tool or CVAT writes, which are not a label's."""
+_RESERVED_NAMES: Final = BOX_NAMES | {"frame_label"}
 _SHARED_NAMES: Final = frozenset({"state", "source", "note"})
 """Names of ours that other tools use too: they are ours only beside a ``uid``."""
 
 
 def written_name(name: str) -> str:
     """The name under which an attribute of a label is written."""
-    return f"{PREFIX}{name}" if name in _TOOL_NAMES or name.startswith(PREFIX) else name
+    return f"{PREFIX}{name}" if name in _RESERVED_NAMES or name.startswith(PREFIX) else name
 
 
 def track_attributes(info: TrackInfo) -> JsonObject:
@@ -57,13 +43,11 @@ def original_name(name: str) -> str:
     return name.removeprefix(PREFIX)
 
 
-def tool_values(attributes: JsonMapping) -> JsonMapping:
-    """The tool's own values among the attributes of a box."""
-    return (
-        attributes
-        if attributes.get("uid")
-        else {name: value for name, value in attributes.items() if name not in _SHARED_NAMES}
-    )
+def track_facts(attributes: JsonMapping) -> tuple[str, str, str]:
+    """State, source and note of a track, among the attributes of a box."""
+    own = attributes if attributes.get("uid") else {}
+    state, source, note = (str(own.get(name) or "") for name in ("state", "source", "note"))
+    return state.strip() or "open", source.strip() or "imported", note
 
 
 def label_values(attributes: JsonMapping, reserved: frozenset[str]) -> JsonObject:

@@ -12,8 +12,6 @@ from tsr_engine.exchange.formats import BAD_BOXES, ImportTarget
 from tsr_engine.exchange.reading import location_of, rule_error
 from tsr_engine.plural import plural
 
-__all__ = ["NO_BOX", "BoxRules", "Edges"]
-
 Edges = tuple[float, float, float, float]
 Numbers = TypeVar("Numbers", bound=tuple[float, ...])
 
@@ -21,6 +19,11 @@ NO_BOX: Edges = (math.nan, math.nan, math.nan, math.nan)
 """Returned by ``BoxRules.edges`` for a box that is left out; compare by identity."""
 _ROUNDING_PX = 0.011
 """Tolerance in px: rounded numbers may exceed the picture by half of their last digit."""
+
+
+def scaled(edges: Edges, scale: tuple[float, float]) -> Edges:
+    """Edges times the factors of x and y."""
+    return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]
 
 
 class BoxRules:

@@ -10,8 +10,6 @@ from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import DatasetVideo, Track
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["check_track"]
-
 
 def check_track(track: Track, video: DatasetVideo, labels: Collection[int]) -> None:
     """Check the guarantees of ``Track``; ``labels`` are the ids of the set.

@@ -19,8 +19,6 @@ from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.labels.model import AttributeValue, LabelSet
 
-__all__ = ["REJECTED", "UNSTATED_LABEL", "Dataset", "DatasetVideo", "Skipped", "Track"]
-
 UNSTATED_LABEL = -2
 """Label of a row in an imported file that states no class. Tracks have ``NO_CLASS`` and ``silent`` there."""
 REJECTED = "rejected"

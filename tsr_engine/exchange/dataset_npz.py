@@ -20,8 +20,6 @@ from tsr_engine.exchange.load import check_dataset
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.files import dump_set, parse_set
 
-__all__ = ["read_dataset_npz", "write_dataset_npz"]
-
 _REQUIRED: Final = ("frames", "boxes", "key", "occluded", "score")
 _OPTIONAL: Final = ("labels", "ignore", "silent")
 _TYPES: Final[JsonObject] = {

@@ -22,8 +22,6 @@ from tsr_engine.exchange.split import check_leaks
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["CROP_FORMATS", "export_dataset"]
-
 CROP_FORMATS = frozenset({"gtsrb"})
 """Formats that crop signs from their frames: a frame may serve two subsets."""
 
@@ -60,7 +58,6 @@ def export_dataset(
         StorageError: no space or no permission, or ``out`` exists and is not an export.
     """
     options = ExportOptions() if options is None else options
-    lacks_attributes = format.attributes != "all"
     write = format.write
     if write is None:
         raise ExportError(f"{format.title} can only be imported. Choose another format.")
@@ -77,12 +74,9 @@ def export_dataset(
 
             def write_into(sink: OutputSink) -> Manifest:
                 skipped, extra = write(signs, sink, options)
-                lost = (
-                    lost_attributes(signs, all_of_them=format.attributes == "none", title=format.title)
-                    if lacks_attributes
-                    else []
-                )
-                all_skipped = [*dataset.skipped, *counts.skipped, *skipped, *lost]
+                all_skipped = [*dataset.skipped, *counts.skipped, *skipped]
+                if format.attributes != "all":
+                    all_skipped += lost_attributes(signs, all_of_them=format.attributes == "none", title=format.title)
                 manifest = build_manifest(signs, format, options, counts, all_skipped, extra, sink.files, about or {})
                 sink.put(MANIFEST, manifest.encoded())
                 return manifest

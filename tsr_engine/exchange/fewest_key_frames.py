@@ -6,8 +6,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["fewest_key_frames"]
-
 
 @njit(cache=True, nogil=True)
 def fewest_key_frames(

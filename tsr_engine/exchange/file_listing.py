@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-__all__ = ["is_system_file", "list_files", "list_json_files"]
-
 
 def list_files(folder: Path) -> list[str]:
     """Names of all files below a folder, relative, with slashes, sorted; plain strings, as there can be 100,000."""
@@ -21,6 +19,17 @@ def list_files(folder: Path) -> list[str]:
                 elif entry.is_file(follow_symlinks=False):
                     out.append(prefix + entry.name)
     return sorted(out)
+
+
+def head_of(file: Path, size: int = 1 << 14) -> bytes:
+    """The first ``size`` bytes of a file."""
+    with file.open("rb") as stream:
+        return stream.read(size)
+
+
+def first_row(file: Path) -> str:
+    """The first line of a text file that is not empty, of the first 4096 bytes; empty: there is none."""
+    return next((line for line in head_of(file, 1 << 12).decode("latin-1").splitlines() if line.strip()), "")
 
 
 def is_system_file(name: str) -> bool:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -17,19 +19,6 @@ from tsr_engine.track_table import NO_CLASS
 EDITED_SOURCES = frozenset({"corrected", "human"})
 """Sources of tracks that a person has edited."""
 NotInSet = Literal["leave-out", "ignore", "class"]
-
-__all__ = [
-    "EDITED_SOURCES",
-    "Filters",
-    "NotInSet",
-    "clip_dataset",
-    "clip_track",
-    "count_open_left_out",
-    "filter_dataset",
-    "only_tracks",
-    "select_frames",
-    "without_ignored",
-]
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +95,7 @@ def filter_dataset(dataset: Dataset, filters: Filters) -> Dataset:
                 f"{video.name} was examined in frames {video.first} to {end - 1}; none of frames {filters.first} to "
                 f"{(filters.stop or video.frames) - 1} is among them. Choose others."
             )
-        part = replace(video, first=first, stop=stop, tracks=_filtered_passes(video, filters, first, stop))
+        part = change_tracks(replace(video, first=first, stop=stop), partial(_filter_track, filters, first, stop))
         videos.append(part)
         skipped += _count_left_out(video, part, filters)
     return replace(dataset, videos=tuple(videos), skipped=tuple(skipped))
@@ -124,26 +113,25 @@ def count_open_left_out(dataset: Dataset, filters: Filters) -> int:
     )
 
 
-def only_tracks(video: DatasetVideo, is_wanted: Callable[[Track], bool]) -> DatasetVideo:
-    """The video restricted to some of its tracks, filtered in each pass."""
-    tracks = video.tracks
-    return replace(video, tracks=lambda: filter(is_wanted, tracks()))
+def change_tracks(video: DatasetVideo, change: Callable[[Track], Track | None]) -> DatasetVideo:
+    """The video with changed tracks, in each pass; ``change`` returns None for a track to leave out."""
+    return replace(video, tracks=lambda: (track for track in map(change, video.tracks()) if track is not None))
 
 
-def clip_track(track: Track, video: DatasetVideo) -> tuple[Track | None, int]:
-    """The track with its boxes clipped at the picture (None: it lies outside), and the number of clipped boxes."""
+def clip_track(track: Track, size: tuple[int, int]) -> tuple[Track | None, int]:
+    """The track with its boxes clipped at the picture, and the number of clipped boxes.
+
+    Args:
+        track: None is returned for it if it lies outside of the picture.
+        size: width and height of the picture, px.
+    """
     boxes = track.boxes
-    size = (video.width, video.height)
     if (boxes[:, :2] >= 0).all() and (boxes[:, 2:] <= size).all():
         return track, 0
     clipped = np.clip(boxes, 0.0, (*size, *size))
-    part = select_frames(
-        replace(track, boxes=clipped), (clipped[:, 0] < clipped[:, 2]) & (clipped[:, 1] < clipped[:, 3])
-    )
-    if part is None:
-        return None, 0
-    was_clipped = (clipped != boxes).any(axis=1) & (clipped[:, 0] < clipped[:, 2]) & (clipped[:, 1] < clipped[:, 3])
-    return part, int(was_clipped.sum())
+    inside: NDArray[np.bool_] = np.all(clipped[:, :2] < clipped[:, 2:], axis=1)
+    part = select_frames(replace(track, boxes=clipped), inside)
+    return part, int(((clipped != boxes).any(axis=1) & inside).sum())
 
 
 def without_ignored(dataset: Dataset) -> tuple[Dataset, int]:
@@ -154,43 +142,20 @@ def without_ignored(dataset: Dataset) -> tuple[Dataset, int]:
     if not boxes:
         return dataset, 0
 
-    def make_tracks(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
-        def filtered_tracks() -> Iterator[Track]:
-            for track in video.tracks():
-                kept = track if track.ignore is None else select_frames(track, ~track.ignore)
-                if kept is not None:
-                    yield replace(kept, notes=track.notes)
+    def change(track: Track) -> Track | None:
+        kept = track if track.ignore is None else select_frames(track, ~track.ignore)
+        return None if kept is None else replace(kept, notes=track.notes)
 
-        return filtered_tracks
-
-    return replace(dataset, videos=tuple(replace(video, tracks=make_tracks(video)) for video in dataset.videos)), boxes
+    return replace(dataset, videos=tuple(change_tracks(video, change) for video in dataset.videos)), boxes
 
 
 def clip_dataset(dataset: Dataset) -> Dataset:
     """The data set with all boxes clipped at their pictures, in each pass."""
-    return replace(dataset, videos=tuple(replace(video, tracks=_clipped_passes(video)) for video in dataset.videos))
 
+    def clip_video(video: DatasetVideo) -> DatasetVideo:
+        return change_tracks(video, lambda track: clip_track(track, (video.width, video.height))[0])
 
-def _clipped_passes(video: DatasetVideo) -> Callable[[], Iterator[Track]]:
-    def filtered_tracks() -> Iterator[Track]:
-        for track in video.tracks():
-            part, _ = clip_track(track, video)
-            if part is not None:
-                yield part
-
-    return filtered_tracks
-
-
-def _filtered_passes(video: DatasetVideo, filters: Filters, first: int, stop: int) -> Callable[[], Iterator[Track]]:
-    """Make passes over the tracks that pass the filters."""
-
-    def filtered_tracks() -> Iterator[Track]:
-        for track in video.tracks():
-            kept = _filter_track(track, filters, first, stop)
-            if kept is not None:
-                yield kept
-
-    return filtered_tracks
+    return replace(dataset, videos=tuple(map(clip_video, dataset.videos)))
 
 
 def _reason_left_out(track: Track, filters: Filters) -> str | None:
@@ -206,7 +171,7 @@ def _reason_left_out(track: Track, filters: Filters) -> str | None:
     return None
 
 
-def _filter_track(track: Track, filters: Filters, first: int, stop: int) -> Track | None:
+def _filter_track(filters: Filters, first: int, stop: int, track: Track) -> Track | None:
     if _reason_left_out(track, filters) is not None:
         return None
     chosen = (track.frames >= first) & (track.frames < stop)
@@ -225,16 +190,16 @@ def _filter_track(track: Track, filters: Filters, first: int, stop: int) -> Trac
 
 
 def _count_left_out(video: DatasetVideo, part: DatasetVideo, filters: Filters) -> list[Skipped]:
-    track_counts: dict[str, int] = {}
+    track_counts = Counter[str]()
     outside_boxes = small_boxes = no_label_boxes = 0
     for track in video.tracks():
         why = _reason_left_out(track, filters)
         if why is not None:
-            track_counts[why] = track_counts.get(why, 0) + 1
+            track_counts[why] += 1
             continue
         inside = (track.frames >= part.first) & (track.frames < part.stop)
         outside_boxes += int((~inside).sum())
-        kept = _filter_track(track, filters, part.first, part.stop)
+        kept = _filter_track(filters, part.first, part.stop, track)
         left_out = int(inside.sum()) - (0 if kept is None else len(kept.frames))
         unlabelled = 0
         if filters.not_in_set == "leave-out" and track.labels is not None and track.state != REJECTED:

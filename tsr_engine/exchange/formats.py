@@ -9,24 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.small_file_store import SmallFileStore
 from tsr_engine.labels.model import LabelSet
-
-__all__ = [
-    "BAD_BOXES",
-    "ExportOptions",
-    "Format",
-    "ImportLimits",
-    "ImportTarget",
-    "Switch",
-    "UnknownNames",
-    "Writer",
-    "Written",
-]
 
 UnknownNames = Literal["refuse", "add", "skip"]
 Written = tuple[list[Skipped], dict[str, object]]
@@ -127,20 +115,10 @@ class ImportTarget:
     progress: Callable[[int], None] | None = field(default=None, repr=False, compare=False)
 
 
-class Writer(Protocol):
-    """Writes the files of a data set; returns what it left out, and its entries for the manifest."""
-
-    def __call__(self, dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
-        """Raise ``ExportError`` with one sentence if the format cannot hold the data (variable frame rate...)."""
-        ...
-
-
-class Reader(Protocol):
-    """Reads a folder (an unpacked archive) or a single file."""
-
-    def __call__(self, path: Path, target: ImportTarget) -> Dataset:
-        """Return one video with its tracks and ``skipped``; raise ``ImportFormatError`` with file, line and rule."""
-        ...
+Writer = Callable[[Dataset, OutputSink, ExportOptions], Written]
+"""Writes the files of a data set; raises ``ExportError`` with one sentence if the format cannot hold the data."""
+Reader = Callable[[Path, ImportTarget], Dataset]
+"""Reads a folder (an unpacked archive) or a file: one video; raises ``ImportFormatError`` with file, line and rule."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,6 @@ from typing import Final
 
 from tsr_engine.exchange.formats import Switch
 
-__all__ = ["FIRST_FRAME_SWITCH", "FoundOrigin", "NumberingScheme", "find_origin"]
-
 FIRST_FRAME_SWITCH: Final = Switch(
     "first_frame",
     ("auto", "0", "1"),
@@ -97,7 +95,7 @@ def find_origin(
     if len(fits) == 2:
         raise fail(
             f"{what} ({_span(lowest, highest)}) fit a count from 0 and one from 1, and nothing says which it is. "
-            "Import with first_frame=0 or first_frame=1.",
+            "Import with first_frame=0 or first_frame=1."
         )
     return FoundOrigin(0 if scheme is None else scheme.origin)
 

@@ -6,8 +6,6 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.import_validator import ImportValidator
 
-__all__ = ["FIRST_FRAME_SWITCH", "FrameOrigin"]
-
 FIRST_FRAME_SWITCH = Switch(
     "first_frame",
     ("auto", "0", "1"),

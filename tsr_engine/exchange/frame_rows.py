@@ -14,8 +14,6 @@ from tsr_engine.exchange.thinning import key_frames
 from tsr_engine.labels.model import AttributeValue
 from tsr_engine.track_table import BoolArray, IntArray, TrackTable
 
-__all__ = ["FrameRows", "RowLists", "TrackInfo", "rows_by_frame", "table_of"]
-
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 

@@ -7,6 +7,7 @@ taken, and reported if it names another video; several are refused. Each sequenc
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
@@ -22,8 +23,6 @@ from tsr_engine.exchange.reading import location_of, rule_error
 from tsr_engine.exchange.roboflow import refuse_changed_pictures
 from tsr_engine.exchange.video_spellings import normalized_name
 from tsr_engine.plural import plural
-
-__all__ = ["frames_of_pictures"]
 
 _MAX_NAMED = 5
 """Largest number of videos that a message names."""
@@ -94,7 +93,7 @@ def _choose_sequences(
         raise _several_videos_error(found, listed, f"nothing says which are of {video}", by_folder=True)
     for name in dict.fromkeys(sequence.other_name for sequence in found if sequence.other_name):
         validator.repair(
-            f"{listed[found[0].indices[0]].file}: names {name[:80]!r}, not {video}. Its pictures were taken as "
+            f"{found[0].first.file}: names {name[:80]!r}, not {video}. Its pictures were taken as "
             f"frames of {video}; check that it is the right video."
         )
     return found
@@ -108,23 +107,21 @@ def _assign_frames(
     if sequence.seconds:
         for index, seconds in zip(sequence.indices, sequence.seconds, strict=True):
             out[index] = _frame_at(seconds, listed[index], video)
-        validator.repair(
-            f"{listed[sequence.indices[0]].file}: times in picture names were taken as the nearest frames."
-        )
+        validator.repair(f"{sequence.first.file}: times in picture names were taken as the nearest frames.")
         return
     if sequence.frames:
         for index, frame in zip(sequence.indices, sequence.frames, strict=True):
             out[index] = validator.frame(frame, listed[index].file, listed[index].line)
         return
     if sequence.name.ambiguous and len(set(sequence.numbers)) < 2:
-        raise _no_number_error(listed[sequence.indices[0]], "has two numbers, and nothing says which is the frame")
+        raise _no_number_error(sequence.first, "has two numbers, and nothing says which is the frame")
     numbering = find_origin(
         *sequence.span,
         video.frames,
         requested=validator.target.switches.get("first_frame", "auto"),
         scheme=sequence.scheme(),
         what=sequence.number_kind,
-        fail=lambda rule: rule_error(listed[sequence.indices[0]].file, listed[sequence.indices[0]].line, rule),
+        fail=lambda rule: rule_error(sequence.first.file, sequence.first.line, rule),
     )
     last = video.frames - 1 + numbering.origin
     for index, number in (
@@ -141,7 +138,7 @@ def _assign_frames(
     for index, number in zip(sequence.indices, sequence.numbers, strict=True):
         out[index] = number - numbering.origin
     if numbering.report:
-        validator.repair(f"{listed[sequence.indices[0]].file}: {numbering.report}")
+        validator.repair(f"{sequence.first.file}: {numbering.report}")
 
 
 def _frame_at(seconds: float, picture: ListedPicture, video: DatasetVideo) -> int:
@@ -226,9 +223,9 @@ def _several_videos_error(
 
 
 def _listing(sequences: list[PictureSequence], name: Callable[[PictureSequence], str]) -> str:
-    counts: dict[str, int] = {}
+    counts = Counter[str]()
     for sequence in sequences:
-        counts[name(sequence)] = counts.get(name(sequence), 0) + len(sequence.indices)
+        counts[name(sequence)] += len(sequence.indices)
     named = [f"{label[:60]!r} ({count})" for label, count in list(counts.items())[:_MAX_NAMED]]
     more = f" and {len(counts) - _MAX_NAMED} more" if len(counts) > _MAX_NAMED else ""
     return ", ".join(named) + more

@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
 
-__all__ = ["infrequent_gc"]
-
 _THRESHOLD: Final = 100_000
 
 

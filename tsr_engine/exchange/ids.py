@@ -8,8 +8,6 @@ from typing import Final, TypeGuard
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.io.plain_numbers import parse_real
 
-__all__ = ["id_of", "is_number", "real_of", "track_of", "whole_of"]
-
 _WHOLE: Final = re.compile(r"(0|-?[1-9][0-9]{0,17})(?:\.0+)?")
 
 _NO_TRACK: Final = frozenset({"", "nan", "none", "null"})

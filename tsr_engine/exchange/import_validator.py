@@ -8,20 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from tsr_engine.exchange.added_attributes import add_attributes
 from tsr_engine.exchange.added_labels import DeclaredLabel
 from tsr_engine.exchange.box_rules import BoxRules, Edges
-from tsr_engine.exchange.dataset import UNSTATED_LABEL, Dataset, DatasetVideo, Skipped, Track
+from tsr_engine.exchange.dataset import UNSTATED_LABEL, Dataset, Skipped, Track
 from tsr_engine.exchange.formats import ImportTarget, Switch
 from tsr_engine.exchange.label_resolver import SKIPPED_LABEL, LabelResolver
+from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.reading import location_of, rule_error, too_many_error
 from tsr_engine.exchange.track_builder import TrackBuilder
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonMapping
-
-__all__ = ["SIZE_SWITCH", "ImportValidator"]
 
 _STATES = frozenset({"open", "accepted", "rejected", "needs_work", "truth"})
 _BOXES_PER_REPORT = 2000
@@ -185,12 +185,14 @@ class ImportValidator:
         ignore: bool = False,
         score: float = math.nan,
         attributes: JsonMapping | None = None,
+        facts: tuple[str, str, str] | None = None,
     ) -> bool:
         """Take one box of a track; return whether it was taken.
 
         ``frame`` is an ordinal, ``label`` may be ``UNSTATED_LABEL``.
 
-        ``attributes`` are attributes as in the file; they hold up to the track's next box.
+        ``attributes`` are attributes as in the file; they hold up to the track's next box. ``facts`` are the state, the
+        source and the note of the track; those of its first box count.
 
         Raises:
             ImportFormatError: the box breaks a rule.
@@ -210,6 +212,9 @@ class ImportValidator:
         rows = self._tracks.get(uid)
         if rows is None:
             rows = self._new(uid, file, line)
+            if facts is not None:
+                state, source, note = facts
+                self.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
         self._box_count += 1
         if self._box_count > self.target.limits.boxes:
             raise too_many_error("boxes", self.target.limits.boxes, file, line)
@@ -255,9 +260,9 @@ class ImportValidator:
         Raises:
             ImportFormatError: a track has two different boxes in one frame.
         """
-        labels, ids, reported = self._names.resolve(self._tracks.values(), file)
-        self._skipped += reported.skipped
-        self._repaired += reported.repaired
+        labels, ids = self._names.resolve(self._tracks.values(), file)
+        self._skipped += self._names.skipped
+        self._repaired += self._names.repaired
         tracks: list[Track] = []
         maker = TrackBuilder(file, self.target.limits, interpolate, ids, self.count)
         for uid, rows in self._tracks.items():
@@ -277,19 +282,5 @@ class ImportValidator:
         for what, (count, first_file, line) in self._counts.items():
             self._repaired.append(f"{what}: {count}; the first is {location_of(first_file, line)}.")
         video = self.target.video
-        result = DatasetVideo(
-            name=video.name,
-            sha256=video.sha256,
-            width=video.width,
-            height=video.height,
-            frames=video.frames,
-            rate=video.rate,
-            times=video.times,
-            constant_rate=video.constant_rate,
-            tracks=lambda: iter(tracks),
-            path=video.path,
-            first=video.first,
-            stop=video.stop or video.frames,
-            limits=video.limits,
-        )
+        result = replace(video, tracks=lambda: iter(tracks), stop=video.stop or video.frames)
         return Dataset(labels, (result,), tuple(self._skipped), tuple(self._repaired))

@@ -6,13 +6,12 @@ import codecs
 import json
 import re
 from collections.abc import Collection, Iterator
+from itertools import count
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from tsr_engine.exchange.reading import MAX_JSON_BYTES, rule_error
+from tsr_engine.exchange.reading import MAX_JSON_BYTES, refuse_large, rule_error
 from tsr_engine.json_shapes import JsonObject
-
-__all__ = ["CHUNK_BYTES", "LIST_START", "members", "read_members"]
 
 Member = tuple[str, int | None, Any]  # Any: a value of JSON
 """Key, place in its list, and value; see ``members``."""
@@ -40,9 +39,7 @@ def members(path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES)
             names the line.
     """
     file = path.name if name is None else name
-    size = path.stat().st_size
-    if size > limit:
-        raise rule_error(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.")
+    refuse_large(path, name=file, limit=limit)
     with path.open("rb") as stream:
         text = _Text(stream, file)
         first = text.peek()
@@ -73,12 +70,8 @@ def read_members(path: Path, wanted: Collection[str]) -> JsonObject:
 
 
 def _object(text: _Text) -> Iterator[Member]:
-    text.expect("{")
     seen: set[str] = set()
-    if text.peek() == "}":
-        text.expect("}")
-        return
-    while True:
+    for _ in text.items("{", "}"):
         if text.peek() != '"':
             raise text.syntax_error("a key in double quotes is missing")
         key = text.parse_value()
@@ -87,29 +80,15 @@ def _object(text: _Text) -> Iterator[Member]:
         seen.add(key)
         text.expect(":")
         yield from _value(text, key)
-        if text.peek() == "}":
-            text.expect("}")
-            return
-        text.expect(",")
 
 
 def _value(text: _Text, key: str) -> Iterator[Member]:
     if text.peek() != "[":
         yield key, None, text.parse_value()
         return
-    text.expect("[")
     yield key, LIST_START, None
-    position = 0
-    if text.peek() == "]":
-        text.expect("]")
-        return
-    while True:
-        position += 1
+    for position in text.items("[", "]"):
         yield key, position, text.parse_value()
-        if text.peek() == "]":
-            text.expect("]")
-            return
-        text.expect(",")
 
 
 class _Text:
@@ -149,6 +128,17 @@ class _Text:
         if self.peek() != character:
             raise self.syntax_error(f"{character!r} is missing")
         self._position += 1
+
+    def items(self, opening: str, closing: str) -> Iterator[int]:
+        """Pass the brackets and commas of a list; yield the place of each item, from 1, before it is parsed."""
+        self.expect(opening)
+        if self.peek() != closing:
+            for position in count(1):
+                yield position
+                if self.peek() == closing:
+                    break
+                self.expect(",")
+        self.expect(closing)
 
     def parse_value(self) -> Any:  # Any: a value of JSON
         """Parse the next whole value."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -15,10 +15,9 @@ from tsr_engine.exchange.labels import LabelMatcher
 from tsr_engine.exchange.reading import location_of
 from tsr_engine.exchange.track_rows import BOX, TrackRows
 from tsr_engine.labels.model import LabelSet
+from tsr_engine.plural import plural
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import NO_CLASS
-
-__all__ = ["SKIPPED_LABEL", "LabelResolver", "Resolution"]
 
 SKIPPED_LABEL: Final = -(2**31)
 """Label of rows to leave out, because their name matches no label."""
@@ -26,16 +25,14 @@ _HIDDEN_WEIGHT, _CUT_WEIGHT = 0.1, 0.2
 """Weight of a box's area as an example if its sign is hidden, ignored, or cut by the picture's edge."""
 
 
-@dataclass(slots=True)
-class Resolution:
-    """The decisions about names that match no label."""
-
-    skipped: list[Skipped] = field(default_factory=list)
-    repaired: list[str] = field(default_factory=list)
-
-
 class LabelResolver:
-    """Maps each name of a file to a label. A name without one gets a placeholder until the whole file is read."""
+    """Maps each name of a file to a label. A name without one gets a placeholder until the whole file is read.
+
+    Attributes:
+        skipped: boxes that ``resolve`` leaves out.
+        repaired: sentences about labels that it adds.
+        declared: the file's declarations by name; the empty name declares for every label.
+    """
 
     def __init__(self, target: ImportTarget) -> None:
         """Take the video, labels and choices of the import."""
@@ -46,7 +43,8 @@ class LabelResolver:
         self._unmatched: dict[str, int] = {}
         self._locations: dict[str, str] = {}
         self.declared: dict[str, DeclaredLabel] = {}
-        """The file's declarations by name; the empty name declares for every label."""
+        self.skipped: list[Skipped] = []
+        self.repaired: list[str] = []
 
     def label(self, name: str, file: str, line: int | str | None, number: bool) -> int:
         """The id for a name, -1 for "unknown sign", or a placeholder below ``UNSTATED_LABEL``.
@@ -67,7 +65,7 @@ class LabelResolver:
             self._remembered_used.add(name)
         return found
 
-    def resolve(self, tracks: Iterable[TrackRows], file: str) -> tuple[LabelSet, dict[int, int], Resolution]:
+    def resolve(self, tracks: Iterable[TrackRows], file: str) -> tuple[LabelSet, dict[int, int]]:
         """Decide about names that match no label.
 
         Args:
@@ -75,7 +73,7 @@ class LabelResolver:
             file: for messages.
 
         Returns:
-            The set; the id, or ``SKIPPED_LABEL``, of each placeholder; what is to be reported.
+            The set, and the id, or ``SKIPPED_LABEL``, of each placeholder.
 
         Raises:
             UnknownLabels: the caller has not said what to do with them.
@@ -83,24 +81,20 @@ class LabelResolver:
         """
         labels, used, target = self._target.labels, self._unmatched_with_boxes(tracks), self._target
         if not used:
-            return labels, {}, Resolution()
+            return labels, {}
         new = [name for name in used if target.unknown == "add" or name in target.added]
         others = [each for name, each in used.items() if name not in new]
         if others and target.unknown == "refuse":
             raise unknown_labels_error(file, labels, self._matcher, others)
-        reported = Resolution()
         for each in others:
-            boxes = f"{each.boxes} {'box' if each.boxes == 1 else 'boxes'}"
-            what = f"{boxes} of {each.tracks} {'track' if each.tracks == 1 else 'tracks'} named {each.name[:80]!r}"
-            reported.skipped.append(Skipped(what, f"No label of {labels.name} has that name (unknown=skip)."))
+            what = f"{plural(each.boxes, 'box', 'boxes')} of {plural(each.tracks, 'track')} named {each.name[:80]!r}"
+            self.skipped.append(Skipped(what, f"No label of {labels.name} has that name (unknown=skip)."))
         labels, ids = with_new_labels(labels, new, self.declared, file)
         for name in new:
             added = labels.get(ids[name])
             assert added is not None
-            reported.repaired.append(
-                f"Label {name[:80]!r} was added to {labels.name} as {added.key!r}, number {added.id}."
-            )
-        return labels, {self._unmatched[name]: ids.get(name, SKIPPED_LABEL) for name in used}, reported
+            self.repaired.append(f"Label {name[:80]!r} was added to {labels.name} as {added.key!r}, number {added.id}.")
+        return labels, {self._unmatched[name]: ids.get(name, SKIPPED_LABEL) for name in used}
 
     def adds_attributes(self, label_id: int) -> bool:
         """Whether missing attributes are added to a label."""

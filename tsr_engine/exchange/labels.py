@@ -15,8 +15,6 @@ from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.name_matching import comparable
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["UNKNOWN", "ClassMap", "LabelMatcher", "benchmark_keys", "benchmark_numbers", "class_map", "label_name"]
-
 UNKNOWN: Final = "unknown sign"
 """The name of tracks without a label of the set."""
 

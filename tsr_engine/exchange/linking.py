@@ -14,13 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.plural import plural
-
-__all__ = ["LINK_SWITCH", "MAX_GAP_FRAMES", "MIN_IOU", "UntrackedBoxes"]
 
 MIN_IOU = 0.2
 """Boxes with less overlap are two signs."""
@@ -38,7 +37,7 @@ LINK_SWITCH = Switch(
 @dataclass(frozen=True, slots=True)
 class _Box:
     frame: int
-    edges: tuple[float, float, float, float]
+    edges: Edges
     label: int
     line: int | str | None
     key: bool
@@ -63,7 +62,7 @@ class UntrackedBoxes:
     def add(
         self,
         frame: int,
-        edges: tuple[float, float, float, float],
+        edges: Edges,
         label: int,
         *,
         file: str,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import ExportError, ImportFormatError, InputError, UsageError
-from tsr_engine.exchange.archive import ArchiveLimits, unpack
+from tsr_engine.exchange.archive import unpack
 from tsr_engine.exchange.check_track import check_track
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
 from tsr_engine.exchange.formats import Format, ImportTarget
@@ -25,16 +25,9 @@ from tsr_engine.io.atomic import storage_error
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["check_dataset", "detect_format", "read_dataset"]
-
 
 def read_dataset(
-    path: Path,
-    target: ImportTarget,
-    format: Format | None = None,
-    *,
-    limits: ArchiveLimits | None = None,
-    scratch: Path | None = None,
+    path: Path, target: ImportTarget, format: Format | None = None, *, scratch: Path | None = None
 ) -> Dataset:
     """Read a file, ZIP archive or folder of another tool and match it to a video.
 
@@ -42,7 +35,6 @@ def read_dataset(
         path: what to read.
         target: the video, the labels and the switches; missing switches take their defaults.
         format: unset: recognise it by the content.
-        limits: limits of an unpacked archive.
         scratch: folder for temporary files; unset: the system's.
 
     Returns:
@@ -66,7 +58,7 @@ def read_dataset(
             unpacked = Path(folder) / "archive" / path.name
             unpacked.mkdir(parents=True)
             with SmallFileStore(unpacked, Path(folder) / "store") as store:
-                unpack(path, unpacked, limits=limits, pictures=False, store=store)
+                unpack(path, unpacked, pictures=False, store=store)
                 return _read(unpacked, path.name, replace(target, store=store), format)
     except OSError as error:
         raise storage_error(path, error) from None

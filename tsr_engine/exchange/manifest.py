@@ -28,17 +28,6 @@ from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 from tsr_engine.version import __version__
 
-__all__ = [
-    "MANIFEST",
-    "VERSION",
-    "Manifest",
-    "TrackCounts",
-    "build_manifest",
-    "count_tracks",
-    "labels_of",
-    "read_manifest",
-]
-
 MANIFEST = "manifest.json"
 VERSION = 1
 """Version of the layout; readers ignore unknown keys."""
@@ -113,8 +102,7 @@ def count_tracks(dataset: Dataset, options: ExportOptions) -> TrackCounts:
         has_sign = np.zeros(video.frames, dtype=np.bool_)
         seen: set[str] = set()
         rejected: list[Track] = []
-        for given in video.tracks():
-            track = given
+        for track in video.tracks():
             check_track(track, video, names)
             if track.uid in seen:
                 raise ExportError(f"{video.name}: two tracks are called {track.uid!r}. Give each its own name.")
@@ -123,23 +111,19 @@ def count_tracks(dataset: Dataset, options: ExportOptions) -> TrackCounts:
             if subset is None:
                 left_out += 1
                 continue
-            box_count = len(track.frames)
-            inside, clipped_boxes = clip_track(track, video)
-            clipped, outside = (
-                clipped + clipped_boxes,
-                outside + box_count - (0 if inside is None else len(inside.frames)),
-            )
+            inside, clipped_boxes = clip_track(track, (video.width, video.height))
+            clipped += clipped_boxes
+            outside += len(track.frames) - (0 if inside is None else len(inside.frames))
             if inside is None:
                 continue
-            track = inside
             if track.state == REJECTED:
-                rejected.append(track)
+                rejected.append(inside)
                 continue
-            tracks, boxes = tracks + 1, boxes + len(track.frames)
-            has_sign[track.frames] = True
+            tracks, boxes = tracks + 1, boxes + len(inside.frames)
+            has_sign[inside.frames] = True
             entry = counts.setdefault(subset, {}).setdefault(names[track.label], {"tracks": 0, "boxes": 0})
             entry["tracks"] += 1
-            entry["boxes"] += len(track.frames)
+            entry["boxes"] += len(inside.frames)
         annotated.append(np.flatnonzero(has_sign).astype(np.int64))
         negatives.append(tuple(rejected))
     skipped = [Skipped(plural(left_out, "track"), "They are on no side of the split.")] if left_out else []

@@ -5,6 +5,7 @@ Only this part is kept, because a manifest lists every frame and every file of i
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -16,19 +17,10 @@ from tsr_engine.exchange.manifest import MANIFEST, VERSION
 from tsr_engine.exchange.video_names import is_name_of, video_names
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = [
-    "ManifestSummary",
-    "find_manifest",
-    "is_named_after",
-    "is_wrapper",
-    "manifest_value",
-    "prefix_in_export",
-    "visible_entries",
-]
-
 _EXPORT_SUBFOLDERS = frozenset({"annotations", "Annotations", "gt", "det", "train", "val", "test"})
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class ManifestSummary:
     """The part of a manifest that readers need.
 
@@ -37,9 +29,8 @@ class ManifestSummary:
         videos: its videos without frame tables.
     """
 
-    def __init__(self, format: JsonMapping, videos: tuple[JsonMapping, ...]) -> None:
-        self.format = format
-        self.videos = videos
+    format: JsonMapping
+    videos: tuple[JsonMapping, ...]
 
     def entry(self, video: DatasetVideo) -> JsonMapping | None:
         """The entry of a video: by hash, else the only one with its name; None: there is none."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from tsr_engine.exchange.attributes import parse_attributes
 from tsr_engine.exchange.dataset import REJECTED, Dataset, Skipped, Track
-from tsr_engine.exchange.filters import only_tracks
+from tsr_engine.exchange.filters import change_tracks
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import label_name
@@ -22,15 +22,13 @@ from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["move_rejected", "negative_as_json", "with_negatives"]
-
 _FLAGS = ("key", "occluded", "ignore")
 
 
 def move_rejected(dataset: Dataset, negatives: Sequence[tuple[Track, ...]]) -> Dataset:
     """The data set for writers: rejected tracks move from each video's tracks to its ``negatives``."""
     videos = (
-        replace(only_tracks(video, lambda track: track.state != REJECTED), negatives=rejected)
+        replace(change_tracks(video, lambda track: None if track.state == REJECTED else track), negatives=rejected)
         for video, rejected in zip(dataset.videos, negatives, strict=True)
     )
     return replace(dataset, videos=tuple(videos))

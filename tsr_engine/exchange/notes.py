@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-__all__ = ["notes_from_text", "notes_to_text"]
-
 _SPECIAL = re.compile("[\\\\\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]|^ | $")
 _ESCAPED = re.compile(r"\\(?:\\|u([0-9a-f]{4}))")
 _LINE = re.compile(r"(\d{1,9}): (.*)", re.DOTALL)

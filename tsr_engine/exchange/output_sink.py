@@ -22,7 +22,6 @@ from tsr_engine.json_shapes import JsonObject
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
-__all__ = ["FolderSink", "OutputSink", "ZipSink", "compact_json"]
 
 _BUFFER_BYTES = 1 << 17
 

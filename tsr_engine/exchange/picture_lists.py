@@ -16,14 +16,6 @@ from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pi
 from tsr_engine.exchange.split import subset_of, subsets_of_frames
 from tsr_engine.exchange.video_names import picture_prefixes
 
-__all__ = [
-    "IMAGE_SWITCH",
-    "PictureList",
-    "make_picture_lists",
-    "subsets_in",
-    "write_listed_pictures",
-]
-
 IMAGE_SWITCH = Switch(
     "image", ("jpg", "png"), "Format of the pictures; without pictures, the suffix of their names in the file."
 )
@@ -90,14 +82,6 @@ def make_picture_lists(dataset: Dataset, options: ExportOptions, *, rounding: fl
         tracks += len(rows.tracks)
         frames_before += video.frames
     return out
-
-
-def subsets_in(lists: list[PictureList], options: ExportOptions) -> list[str]:
-    """Names of the subsets to write in their usual order, with all subsets of a split, even empty ones."""
-    if not options.split:
-        return ["default"]
-    wanted = set(options.split.values()) | {name for part in lists for name in part.subset}
-    return [name for name in ("train", "val", "test") if name in wanted]
 
 
 def write_listed_pictures(

@@ -12,8 +12,6 @@ from typing import Final
 
 from tsr_engine.exchange.video_spellings import VIDEO_SUFFIXES, without_upload_prefix
 
-__all__ = ["EXPECTED_NAMES", "PictureName", "is_generic", "parse_picture_name"]
-
 EXPECTED_NAMES: Final = "frame_000010.jpg, NAME_000010.jpg or NAME_10.jpg, with the name of the video before the number"
 """Forms that a name may have, for messages."""
 

@@ -17,15 +17,6 @@ from tsr_engine.exchange.reading import MAX_JSON_BYTES
 from tsr_engine.exchange.video_names import is_name_of_namesake
 from tsr_engine.exchange.video_spellings import VideoNameMatcher, normalized_name
 
-__all__ = [
-    "PICTURE_SWITCHES",
-    "ListedPicture",
-    "PictureSequence",
-    "UnnumberedPicture",
-    "group_pictures",
-    "read_picture_list",
-]
-
 PICTURE_SWITCHES: Final = (
     FIRST_FRAME_SWITCH,
     Switch(

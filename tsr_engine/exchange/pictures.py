@@ -15,16 +15,6 @@ from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.io.video import Frame, open_video
 
-__all__ = [
-    "WrittenPicture",
-    "encode_picture",
-    "frames_with_boxes",
-    "picture_sha256",
-    "stream_frames",
-    "wanted_frames",
-    "write_pictures",
-]
-
 JPEG_QUALITY = 95
 
 

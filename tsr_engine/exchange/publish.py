@@ -16,8 +16,6 @@ from pathlib import Path
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.io.unfinished import create_locked_folder, fsync_path, remove_leftovers
 
-__all__ = ["fsync_tree", "publish", "remove_leftovers", "staging_folder"]
-
 _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2
 

@@ -10,17 +10,6 @@ from typing import TextIO
 
 from tsr_engine.errors import ImportFormatError, ImportProblem
 
-__all__ = [
-    "MAX_JSON_BYTES",
-    "decode_text",
-    "location_of",
-    "open_text",
-    "read_json",
-    "read_text",
-    "rule_error",
-    "too_many_error",
-]
-
 MAX_JSON_BYTES = 512 << 20
 """Largest text file that is read into memory, bytes."""
 
@@ -41,6 +30,17 @@ def _too_large_error(file: str, size: int, limit: int) -> ImportFormatError:
     return rule_error(file, None, f"has {size} bytes, more than the {limit} that are read. Split it.", "too_large")
 
 
+def refuse_large(path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES) -> None:
+    """Refuse a file of more than ``limit`` bytes; ``name`` is its name for messages, unset: that of ``path``.
+
+    Raises:
+        ImportFormatError: it is larger.
+    """
+    size = path.stat().st_size
+    if size > limit:
+        raise _too_large_error(name or path.name, size, limit)
+
+
 def location_of(file: str, line: int | str | None) -> str:
     """A place in a file in words: ``FILE, line N``."""
     return file if line is None else f"{file}, line {line}" if isinstance(line, int) else f"{file}, {line}"
@@ -52,20 +52,27 @@ def read_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> str:
     Raises:
         ImportFormatError: more than ``limit`` bytes, or another encoding; names the line.
     """
-    size = path.stat().st_size
-    if size > limit:
-        raise _too_large_error(path.name, size, limit)
-    return decode_text(path.read_bytes(), path.name, limit=limit)
+    refuse_large(path, limit=limit)
+    return decode_text(path.read_bytes(), path.name)
 
 
-def decode_text(content: bytes, file: str, *, limit: int = MAX_JSON_BYTES) -> str:
-    """Decode the content of a file.
+def read_names(path: Path) -> list[str]:
+    """Read a list with one name a line, stripped, without empty lines at the end.
 
     Raises:
         ImportFormatError: as ``read_text``.
     """
-    if len(content) > limit:
-        raise _too_large_error(file, len(content), limit)
+    return [line.strip() for line in read_text(path, limit=1 << 24).rstrip().splitlines()]
+
+
+def decode_text(content: bytes, file: str) -> str:
+    """Decode the content of a file.
+
+    Raises:
+        ImportFormatError: as ``read_text``, with the limit ``MAX_JSON_BYTES``.
+    """
+    if len(content) > MAX_JSON_BYTES:
+        raise _too_large_error(file, len(content), MAX_JSON_BYTES)
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise rule_error(file, 1, "is UTF-16; must be UTF-8. Save it again as UTF-8.")
     try:
@@ -77,20 +84,18 @@ def decode_text(content: bytes, file: str, *, limit: int = MAX_JSON_BYTES) -> st
 
 
 @contextmanager
-def open_text(path: Path, *, limit: int = MAX_JSON_BYTES) -> Iterator[TextIO]:
+def open_text(path: Path) -> Iterator[TextIO]:
     """Open a UTF-8 text file as a stream that keeps its line ends.
 
     Raises:
         ImportFormatError: as ``read_text``, raised when the stream reaches the place.
     """
-    size = path.stat().st_size
-    if size > limit:
-        raise _too_large_error(path.name, size, limit)
+    refuse_large(path)
     with path.open(encoding="utf-8-sig", newline="") as stream:
         try:
             yield stream
         except UnicodeDecodeError:
-            read_text(path, limit=limit)  # names the line
+            read_text(path)  # names the line
             raise
 
 

@@ -17,8 +17,6 @@ from tsr_engine.exchange.tracks_json import writer as tracks_json
 from tsr_engine.exchange.voc import writer as voc
 from tsr_engine.exchange.yolo import writer as yolo
 
-__all__ = ["FORMATS", "complete_switches", "format_named"]
-
 FORMATS: dict[str, Format] = {
     known.name: known
     for known in (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,11 +10,10 @@ from pydantic import ValidationError
 
 from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.exchange.filters import change_tracks
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.name_matching import comparable
 from tsr_engine.track_table import NO_CLASS
-
-__all__ = ["relabel_track", "resolve_merged_labels", "unite_label_sets"]
 
 
 def relabel_track(track: Track, numbers: Mapping[int, int]) -> Track:
@@ -28,13 +27,7 @@ def relabel_track(track: Track, numbers: Mapping[int, int]) -> Track:
 
 def relabel_video(video: DatasetVideo, numbers: Mapping[int, int]) -> DatasetVideo:
     """The video with renumbered tracks in each pass."""
-    tracks = video.tracks
-
-    def relabel_tracks() -> Iterator[Track]:
-        return (relabel_track(track, numbers) for track in tracks())
-
-    passes: Callable[[], Iterator[Track]] = relabel_tracks
-    return replace(video, tracks=passes)
+    return change_tracks(video, lambda track: relabel_track(track, numbers))
 
 
 def resolve_merged_labels(dataset: Dataset) -> Dataset:

@@ -9,8 +9,6 @@ from typing import Final
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.reading import rule_error
 
-__all__ = ["refuse_changed_pictures"]
-
 _README: Final = "README.roboflow.txt"
 _PREPROCESSING_STEP = re.compile(r"\s*\*\s*(?P<step>\S.*)")
 _RESIZED = re.compile(r"Resize to (?P<width>\d{1,5})x(?P<height>\d{1,5}) \((?:Fit \(|Fill)", re.IGNORECASE)

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.reading import rule_error
-
-__all__ = ["Edges", "bounding_box"]
-
-Edges = tuple[float, float, float, float]
 
 
 def bounding_box(edges: Edges, degrees: float, validator: ImportValidator, file: str, line: int | str | None) -> Edges:

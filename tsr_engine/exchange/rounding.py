@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["round_boxes", "round_to_pixels"]
-
 
 def round_boxes(boxes: NDArray[np.float64], decimals: int, width: int, height: int) -> NDArray[np.float64]:
     """Round boxes to a number of decimals; none loses its area or leaves the picture.

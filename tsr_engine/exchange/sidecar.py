@@ -11,24 +11,13 @@ from pathlib import Path
 from typing import TextIO
 
 from tsr_engine.exchange.attributes import attributes_as_json, parse_attributes
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.frame_rows import FrameRows
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.reading import open_text, rule_error
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.labels.model import AttributeValue
-
-__all__ = [
-    "ATTRIBUTES_COLUMN",
-    "TRACK_COLUMNS",
-    "SidecarCells",
-    "SidecarRow",
-    "csv_line",
-    "finite_number",
-    "read_header",
-    "read_rows",
-    "read_sidecar",
-]
 
 TRACK_COLUMNS = ("uid", "key", "occluded", "ignore", "score", "state", "source", "note")
 """Columns about the track of a box; a format puts its own before them. Only a track's first box has a ``note``."""
@@ -52,11 +41,25 @@ class SidecarRow:
     note: str
     attributes: Mapping[str, AttributeValue]
 
-    def describe(self, validator: ImportValidator, frame: int) -> None:
-        """Describe the track of the box to a validator; a note without a frame number is put at ``frame``."""
-        validator.describe(
-            self.uid, state=self.state, source=self.source or "imported", notes=notes_from_text(self.note, frame)
+    def add(self, validator: ImportValidator, frame: int, edges: Edges, label: int, file: str, line: int) -> None:
+        """Pass the box to a validator; its track is described by its first row and by every row with a note."""
+        is_known = self.uid in validator
+        taken = validator.box(
+            self.uid,
+            frame,
+            edges,
+            label,
+            file=file,
+            line=line,
+            key=self.key,
+            occluded=self.occluded,
+            ignore=self.ignore,
+            score=self.score,
+            attributes=self.attributes,
         )
+        if taken and (self.note or not is_known):
+            notes = notes_from_text(self.note, frame)
+            validator.describe(self.uid, state=self.state, source=self.source or "imported", notes=notes)
 
 
 class SidecarCells:

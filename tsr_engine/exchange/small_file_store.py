@@ -14,8 +14,6 @@ from typing import Final
 
 from tsr_engine.exchange.file_listing import is_system_file, list_files
 
-__all__ = ["SmallFileStore", "list_all_files", "read_content"]
-
 _NUMBERED: Final = re.compile(r"[0-9]\.(?:xml|txt)", re.IGNORECASE | re.ASCII)
 _MAX_ENTRY_BYTES: Final = 1 << 16
 """Largest entry that may be stored here, in bytes as the archive states."""

@@ -18,17 +18,6 @@ from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo
 from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = [
-    "SUBSETS",
-    "Split",
-    "check_leaks",
-    "make_split",
-    "missing_labels",
-    "subset_of",
-    "subsets_of_frames",
-    "video_key",
-]
-
 SUBSETS = ("train", "val", "test")
 NO_SPLIT = "default"
 """Name of the only subset of an export without a split."""
@@ -60,6 +49,12 @@ class Split(Mapping[tuple[str, str], str]):
 
     def __len__(self) -> int:
         return len(self.subsets)
+
+
+def names_of_subsets(split: Mapping[tuple[str, str], str]) -> list[str]:
+    """Names of the subsets of a split in their usual order; ``default`` without a split."""
+    used = set(split.values())
+    return [name for name in SUBSETS if name in used] or [NO_SPLIT]
 
 
 def video_key(video: DatasetVideo) -> str:
@@ -131,10 +126,10 @@ def missing_labels(dataset: Dataset, split: Mapping[tuple[str, str], str]) -> di
         dataset: its tracks are read once.
         split: the split of its tracks.
     """
-    labels_by_subset: dict[str, set[int]] = {subset: set() for subset in SUBSETS if subset in set(split.values())}
+    labels_by_subset: dict[str, set[int]] = {subset: set() for subset in names_of_subsets(split)}
     for video in dataset.videos:
         for track in video.tracks():
-            subset = subset_of(video, track.uid, split) if split else None
+            subset = subset_of(video, track.uid, split)
             if subset is not None and track.state != REJECTED and track.label != NO_CLASS:
                 labels_by_subset[subset].add(track.label)
     all_labels = set().union(*labels_by_subset.values())
@@ -183,9 +178,9 @@ def subsets_of_frames(video: DatasetVideo, split: Mapping[tuple[str, str], str])
     Returns:
         Names of the subsets, and the index of the subset of each frame, shape (frames,); without signs all are 0.
     """
+    names = names_of_subsets(split)
     if not split:
-        return [NO_SPLIT], np.zeros(video.frames, dtype=np.int8)
-    names = [name for name in SUBSETS if name in set(split.values())]
+        return names, np.zeros(video.frames, dtype=np.int8)
     subset_of_frame = np.full(video.frames, -1, dtype=np.int8)
     for track in (*video.negatives, *video.tracks()):
         subset = subset_of(video, track.uid, split)

@@ -14,22 +14,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.video_matching import is_video
 from tsr_engine.io.plain_numbers import parse_real
-
-__all__ = [
-    "CLASS_COLUMNS",
-    "COLUMN_NAMES",
-    "MISSING_VALUES",
-    "PICTURE_COLUMNS",
-    "Columns",
-    "class_of_cells",
-    "edges_of",
-    "find_columns",
-    "is_id_column",
-    "normalized",
-    "with_video",
-]
 
 COLUMN_NAMES: dict[str, tuple[str, ...]] = {
     "frame": (
@@ -180,7 +167,7 @@ def class_of_cells(values: Iterable[str]) -> str:
     return next((value for value in given if not _is_number(value)), given[0] if given else "")
 
 
-def edges_of(value: object, *, sized: bool) -> tuple[float, float, float, float] | None:
+def edges_of(value: object, *, sized: bool) -> Edges | None:
     """The edges of a box given as a list, an object or their text; None: it is not a box.
 
     Args:
@@ -207,7 +194,7 @@ def edges_of(value: object, *, sized: bool) -> tuple[float, float, float, float]
     return _edges({name: value[column] for name, column in named.items() if name in _EDGES}, value)
 
 
-def _edges(numbers: Mapping[str, float], value: Mapping[str, float]) -> tuple[float, float, float, float] | None:
+def _edges(numbers: Mapping[str, float], value: Mapping[str, float]) -> Edges | None:
     if numbers.keys() >= set(_CORNER_COLUMNS):
         corners = [[value[name] for k in "1234" if (name := f"{axis}{k}") in value] for axis in "xy"]
         xs, ys = corners

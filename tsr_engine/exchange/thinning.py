@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["MAX_KEY_DISTANCE", "interpolate", "key_frames", "run_bounds"]
-
 MAX_KEY_DISTANCE = 1000
 """Largest distance between key frames, in frames; keeps the search linear in the length of the track."""
 

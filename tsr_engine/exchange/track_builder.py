@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -15,15 +14,7 @@ from tsr_engine.exchange.reading import rule_error, too_many_error
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, interpolate_rows
 from tsr_engine.track_table import NO_CLASS, IntArray
 
-__all__ = ["TrackBuilder"]
-
 _SAME_PX = 1e-6
-
-
-class CountRepair(Protocol):
-    """Counts a repair: what, file and line."""
-
-    def __call__(self, what: str, file: str, line: int | str | None = None) -> None: ...
 
 
 class TrackBuilder:
@@ -34,11 +25,16 @@ class TrackBuilder:
         limits: largest number of boxes, with those between key frames.
         interpolate: draw straight lines from each box to the track's next one.
         ids: label ids from ``LabelResolver``, by the rows' labels.
-        count: called for each repeated row.
+        count: called for each repeated row with a sentence, the file and the line.
     """
 
     def __init__(
-        self, file: str, limits: ImportLimits, interpolate: bool, ids: Mapping[int, int], count: CountRepair
+        self,
+        file: str,
+        limits: ImportLimits,
+        interpolate: bool,
+        ids: Mapping[int, int],
+        count: Callable[[str, str, int | None], None],
     ) -> None:
         self._file, self._limits, self._interpolate, self._ids, self._count = file, limits, interpolate, ids, count
         self._boxes = 0
@@ -130,12 +126,7 @@ class TrackBuilder:
 
 def _attributes_by_frame(rows: TrackRows, row_indices: IntArray) -> list[RowAttributes]:
     """Attributes of each frame of a track; all frames of one row share one object."""
-    merged: dict[int, RowAttributes] = {}
-    for row in set(row_indices.tolist()):
-        row_attributes = rows.row_attributes.get(row)
-        merged[row] = (
-            row_attributes
-            if row_attributes is not None and not rows.track_attributes
-            else {**rows.track_attributes, **(row_attributes or {})} or None
-        )
-    return [merged[row] for row in row_indices.tolist()]
+    found: Mapping[int, RowAttributes] = rows.row_attributes
+    if rows.track_attributes:
+        found = {row: {**rows.track_attributes, **(found.get(row) or {})} for row in set(row_indices.tolist())}
+    return [found.get(row) for row in row_indices.tolist()]

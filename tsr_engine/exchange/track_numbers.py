@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-__all__ = ["track_numbers"]
-
 _NUMBERED = re.compile(r"(?:track|[a-z]{0,2})0*([0-9]{1,9})", re.ASCII)
 
 

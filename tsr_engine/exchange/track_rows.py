@@ -14,8 +14,6 @@ from tsr_engine.exchange.dataset import UNSTATED_LABEL
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import NO_CLASS, BoolArray, IntArray
 
-__all__ = ["BOX", "END", "TrackRows", "common_label", "interpolate_rows"]
-
 BOX = 0
 """A row with a box."""
 END = 1

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from tsr_engine.exchange.import_validator import ImportValidator
 
-__all__ = ["last_byte", "report_truncated"]
-
 
 def last_byte(path: Path) -> bytes:
     """The last byte of a file that is read row by row; empty: the file is empty."""

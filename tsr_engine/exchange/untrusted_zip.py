@@ -14,21 +14,11 @@ from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
 
-__all__ = ["ArchiveLimits", "entry_names", "is_archive", "open_zip"]
-
 _ENTRY_SIGNATURE = b"PK\x01\x02"
 """Signature at the start of each entry in the list."""
 _END_BYTES = 1 << 17
 """Largest block that the search for an archive's end reads at once, bytes."""
-_ZIP_ERRORS = (
-    zipfile.BadZipFile,
-    zlib.error,
-    EOFError,
-    NotImplementedError,
-    struct.error,
-    ValueError,
-    OverflowError,
-)
+_ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, struct.error, ValueError, OverflowError)
 """Exceptions of zipfile for invalid or unsupported archives; bad names raise ValueError."""
 
 
@@ -82,17 +72,13 @@ def open_zip(path: Path, limits: ArchiveLimits) -> Iterator[zipfile.ZipFile]:
         raise ImportFormatError(f"{path.name}: the archive is damaged: {e.strerror}. Pack it again.") from None
 
 
-def entry_names(path: Path, limits: ArchiveLimits | None = None) -> list[str]:
+def entry_names(path: Path) -> list[str]:
     """The names in an archive as stored; nothing is unpacked, and names may be unsafe.
-
-    Args:
-        path: the archive.
-        limits: limits of the list; unset: ``ArchiveLimits()``.
 
     Raises:
         ImportFormatError: not an archive, over a limit, or damaged.
     """
-    with open_zip(path, ArchiveLimits() if limits is None else limits) as archive:
+    with open_zip(path, ArchiveLimits()) as archive:
         return archive.namelist()
 
 

@@ -21,8 +21,7 @@ from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.video_names import is_name_of, safe_stem
-
-__all__ = ["TASK_SWITCH", "VideoPart", "choose_parts", "is_video", "name_in", "name_similarity"]
+from tsr_engine.plural import plural
 
 TASK_SWITCH = Switch(
     "task",
@@ -136,7 +135,7 @@ def choose_parts(
         raise rule_error(
             file,
             None,
-            f"has {len(parts)} {kind}s, {intro}{wanted}: {_listed(parts)}. Choose one with task=ID or task=NAME, "
+            f"has {plural(len(parts), kind)}, {intro}{wanted}: {_listed(parts)}. Choose one with task=ID or task=NAME, "
             "or the right video.",
         )
     if len(found) > 1 and not merge:
@@ -149,7 +148,7 @@ def choose_parts(
     others = [part for part in parts if part not in found]
     if others:
         reason = "Another one was asked for" if option != "auto" else f"They are not about {video.name}"
-        validator.skip(f"{file}: {len(others)} {kind}s", f"{reason}: {_listed(others)}.")
+        validator.skip(f"{file}: {plural(len(others), kind)}", f"{reason}: {_listed(others)}.")
     for part in found:
         if part.is_match is False and name_similarity(part.name, video):
             validator.repair(

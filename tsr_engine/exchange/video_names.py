@@ -8,8 +8,6 @@ from pathlib import Path
 
 from tsr_engine.exchange.dataset import DatasetVideo
 
-__all__ = ["is_name_of", "is_name_of_namesake", "picture_prefixes", "safe_stem", "video_names"]
-
 _UNSAFE = re.compile(r"[^A-Za-z0-9.-]+")
 _HASH_DIGIT_COUNTS = (8, 16, 64)
 """Number of hash digits after a video's name; more are taken if needed."""

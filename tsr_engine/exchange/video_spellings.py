@@ -12,8 +12,6 @@ from urllib.parse import unquote
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.video_names import is_name_of
 
-__all__ = ["VIDEO_SUFFIXES", "VideoNameMatcher", "normalized_name", "without_upload_prefix"]
-
 VIDEO_SUFFIXES: Final = "mp4|mov|m4v|mkv|webm|avi|3gp|mpe?g|mts|m2ts|ts|flv|wmv|gif|h26[45]|hevc"
 """Pattern of video suffixes."""
 _SUFFIX = re.compile(rf"[._-](?:{VIDEO_SUFFIXES})\Z", re.IGNORECASE)

@@ -15,8 +15,6 @@ from defusedxml.ElementTree import XMLParser
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.io.plain_numbers import parse_real
 
-__all__ = ["MAX_DEPTH", "Node", "attribute", "elements", "escape_text", "number_attribute", "quote_attribute"]
-
 _CHUNK = 1 << 16
 MAX_DEPTH = 32
 """Largest depth of nested elements."""

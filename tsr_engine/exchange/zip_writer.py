@@ -13,7 +13,6 @@ from tsr_engine.io.pictures import SUFFIXES
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
-__all__ = ["ZipWriter", "is_stored"]
 
 _CHUNK_BYTES: Final = 1 << 20
 _STORED: Final = SUFFIXES - {".ppm", ".pgm", ".bmp"}

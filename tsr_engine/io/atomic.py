@@ -13,15 +13,6 @@ from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, full_disk_reason, storage_problem
 from tsr_engine.io.unfinished import UnfinishedFile
 
-__all__ = [
-    "atomic_bytes",
-    "atomic_text",
-    "output_path",
-    "refuse_inputs",
-    "refuse_unwritable",
-    "storage_error",
-]
-
 
 @contextmanager
 def atomic_text(path: Path) -> Iterator[TextIO]:

@@ -17,8 +17,6 @@ from tsr_engine.errors import UsageError
 from tsr_engine.io.frame_table import BoolArray
 from tsr_engine.io.video import Frame, Video
 
-__all__ = ["CACHE_BYTES", "BidirectionalFrames"]
-
 CACHE_BYTES: Final = 128 * 2**20
 """Size of the cache for going back, bytes."""
 _MIN_CACHED: Final = 4

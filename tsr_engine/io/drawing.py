@@ -15,6 +15,7 @@ Colour = tuple[int, int, int]
 Rectangle = tuple[float, float, float, float]
 
 _PANEL_COLOUR: Colour = (24, 22, 20)
+_PANEL_OPACITY = 0.72
 _WHITE: Colour = (255, 255, 255)
 _FAINT: Colour = (205, 205, 205)
 _REGULAR_WEIGHT, _SEMIBOLD_WEIGHT = 400, 600
@@ -64,14 +65,10 @@ class Canvas:
             a = start + along * offset
             b = start + along * min(length, offset + self.px(dash))
             cv2.line(
-                self.picture,
-                tuple(int(v) for v in a.round()),
-                tuple(int(v) for v in b.round()),
-                colour,
-                self.px(1.4),
+                self.picture, tuple(int(v) for v in a.round()), tuple(int(v) for v in b.round()), colour, self.px(1.4)
             )
 
-    def draw_panel(self, area: Rectangle, opacity: float = 0.72) -> None:
+    def draw_panel(self, area: Rectangle) -> None:
         """Draw a dark translucent rectangle behind text, clipped to the picture; labels avoid it."""
         height, width = self.picture.shape[:2]
         x1, y1, x2, y2 = (round(v) for v in area)
@@ -79,7 +76,7 @@ class Canvas:
         if x1 < x2 and y1 < y2:
             patch = self.picture[y1:y2, x1:x2]
             panel = np.full_like(patch, _PANEL_COLOUR)
-            self.picture[y1:y2, x1:x2] = cv2.addWeighted(patch, 1 - opacity, panel, opacity, 0)
+            self.picture[y1:y2, x1:x2] = cv2.addWeighted(patch, 1 - _PANEL_OPACITY, panel, _PANEL_OPACITY, 0)
 
     def text_size(self, text: str, size: float, weight: int = _REGULAR_WEIGHT) -> tuple[int, int]:
         """Width and cap height of a line of text in px."""

@@ -50,7 +50,7 @@ class Scene:
         return np.concatenate([self.boxes, self.ignored]) if len(self.ignored) else self.boxes
 
 
-def read_gtsdb(folder: Path, *, allow_missing: bool = False) -> list[Scene]:
+def read_gtsdb(folder: Path) -> list[Scene]:
     """Read all scenes of a GTSDB folder, sorted by name, including scenes without signs.
 
     A row's picture is found by its stem, so the original ``gt.txt``, which names ``.ppm`` files, also fits a folder of
@@ -58,8 +58,6 @@ def read_gtsdb(folder: Path, *, allow_missing: bool = False) -> list[Scene]:
 
     Args:
         folder: the folder with the pictures and ``gt.txt``.
-        allow_missing: skip rows of missing pictures instead of raising, for subsets that keep the whole
-            ``gt.txt``.
 
     Raises:
         InputError: a missing folder, no ``gt.txt``, no pictures, an invalid row (with its line number),
@@ -80,7 +78,7 @@ def read_gtsdb(folder: Path, *, allow_missing: bool = False) -> list[Scene]:
         raise InputError(f"Cannot read {truth} as text: {error}.") from None
     if not pictures:
         raise InputError(f"Expected GTSDB scenes (.ppm, .png or .jpg) in {folder}, found none. Unpack them there.")
-    rows = _read_rows(lines, truth, pictures, allow_missing)
+    rows = _read_rows(lines, truth, pictures)
     return [_scene(path, rows.get(stem, [])) for stem, path in sorted(pictures.items())]
 
 
@@ -90,22 +88,19 @@ def _scene(path: Path, rows: list[tuple[int, ...]]) -> Scene:
     return Scene(path.name, path, boxes.astype(np.float64), table[:, 4].copy())
 
 
-def _read_rows(
-    lines: Iterable[str], truth: Path, pictures: dict[str, Path], allow_missing: bool
-) -> dict[str, list[tuple[int, ...]]]:
+def _read_rows(lines: Iterable[str], truth: Path, pictures: dict[str, Path]) -> dict[str, list[tuple[int, ...]]]:
     """Parse rows ``left, top, right, bottom, class``, by the stem of their picture."""
     rows: dict[str, list[tuple[int, ...]]] = {}
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue
         stem, values = _parse(line, f"{truth}, line {number}")
-        if stem in pictures:
-            rows.setdefault(stem, []).append(values)
-        elif not allow_missing:
+        if stem not in pictures:
             raise InputError(
                 f"{truth}, line {number}: the picture {line.split(';')[0]} is not in {truth.parent}. "
                 "Restore it or remove its lines."
             )
+        rows.setdefault(stem, []).append(values)
     return rows
 
 

@@ -172,14 +172,10 @@ def _item(table: Path, line: int, row: dict[str, str]) -> CropItem:
     if class_id is not None and not 0 <= class_id < CLASS_COUNT:
         raise InputError(f"{where}: expected a ClassId in 0..{CLASS_COUNT - 1}, found {class_id}. Correct the line.")
     match = _TRACK_NAME.match(Path(name).stem)
-    has_track = match is not None and class_id is not None
-    return CropItem(
-        path=table.parent / (path or name),
-        roi=(x1, y1, x2, y2),
-        class_id=class_id,
-        track=(class_id, int(match[1])) if has_track and match is not None and class_id is not None else None,
-        frame=int(match[2]) if has_track and match is not None else None,
-    )
+    crop = table.parent / (path or name), (x1, y1, x2, y2), class_id
+    if match is None or class_id is None:
+        return CropItem(*crop)
+    return CropItem(*crop, track=(class_id, int(match[1])), frame=int(match[2]))
 
 
 def _integer(where: str, column: str, value: str | None) -> int:

@@ -6,8 +6,6 @@ import fcntl
 import os
 from pathlib import Path
 
-__all__ = ["is_locked", "is_named"]
-
 
 def is_locked(path: Path) -> bool:
     """Whether a process of this machine holds an exclusive lock on the file; False if the file is missing.

@@ -13,17 +13,6 @@ from typing import Protocol, TypeAlias
 
 from tsr_engine.errors import VideoError
 
-__all__ = [
-    "FileSource",
-    "OpenedFile",
-    "Stamp",
-    "VideoSource",
-    "display_path",
-    "open_source",
-    "stamp_of",
-    "unreadable_message",
-]
-
 Stamp: TypeAlias = tuple[int, int, int, int]
 """Inode, size in bytes, and modification and change time in ns; an untouched file keeps them."""
 

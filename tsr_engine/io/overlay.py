@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from tsr_engine.io.drawing import Canvas, Colour, Rectangle
+from tsr_engine.plural import plural
 from tsr_engine.records import FrameEvidence, Picture, Source, TrackFrame
 
 SOURCE_COLOURS: dict[Source, Colour] = {
@@ -127,7 +128,7 @@ def _class_name(class_id: int, class_names: Mapping[int, str] | Sequence[str]) -
 def _draw_header(canvas: Canvas, evidence: FrameEvidence) -> None:
     minutes, seconds = divmod(evidence.seconds, 60)
     signs = sum(track.state == "confirmed" for track in evidence.tracks)
-    text = f"frame {evidence.ordinal}   {int(minutes):02d}:{seconds:06.3f}   {signs} sign{'s' * (signs != 1)}"
+    text = f"frame {evidence.ordinal}   {int(minutes):02d}:{seconds:06.3f}   {plural(signs, 'sign')}"
     size = canvas.text_size(text, 13)
     margin, pad = canvas.px(10), canvas.px(7)
     canvas.draw_panel((margin, margin, margin + size[0] + 2 * pad, margin + size[1] + 2 * pad))

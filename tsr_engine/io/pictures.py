@@ -15,8 +15,6 @@ from tsr_engine.errors import InputError
 from tsr_engine.io.video_kinds import HEAD_BYTES, kind_of
 from tsr_engine.records import Picture
 
-__all__ = ["MAX_PIXELS", "SUFFIXES", "find_pictures", "read_picture"]
-
 SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".pgm", ".webp", ".tif", ".tiff"})
 MAX_PIXELS = 100_000_000
 _MAX_BYTES = 4 * MAX_PIXELS

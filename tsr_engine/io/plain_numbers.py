@@ -6,8 +6,6 @@ them differently or not at all.
 
 from __future__ import annotations
 
-__all__ = ["parse_real", "parse_whole"]
-
 
 def parse_real(text: str) -> float:
     """Parse a number with or without sign, decimals and exponent; ``nan`` and ``inf`` are accepted.

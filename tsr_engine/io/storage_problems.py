@@ -9,8 +9,6 @@ from typing import Final
 
 from tsr_engine.errors import StorageProblem
 
-__all__ = ["TOO_LARGE_MESSAGE", "database_problem", "full_disk_reason", "storage_problem"]
-
 _WRITE_ERROR_CODES: Final = (sqlite3.SQLITE_IOERR_WRITE, sqlite3.SQLITE_IOERR_TRUNCATE, sqlite3.SQLITE_IOERR_SHMSIZE)
 TOO_LARGE_MESSAGE: Final = (
     "the file would be larger than this process (ulimit -f) or the file system allows; raise the limit or choose "

@@ -18,8 +18,6 @@ from typing import Final
 
 from tsr_engine.io.locks import is_named
 
-__all__ = ["UnfinishedFile", "create_locked_folder", "fsync_path", "remove_leftovers"]
-
 _SUFFIX: Final = ".part"
 _NO_FOLDER_SYNC: Final = (errno.EACCES, errno.EPERM, errno.EINVAL, errno.ENOTSUP)
 """Errors of systems that cannot flush a folder's names to the disk, or must not read the folder."""

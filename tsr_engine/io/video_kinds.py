@@ -11,11 +11,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, Literal
 
-__all__ = [
-    "ASF_HEADER", "DEMUXERS", "HEAD_BYTES", "KIND_NAMES", "MIN_HEAD_BYTES", "PICTURE_SUFFIXES", "VIDEO_SUFFIXES",
-    "Kind", "cannot_be_video", "kind_of", "not_a_video_message",
-]  # fmt: skip
-
 Address = Literal["time", "position", "count"]
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = ["MAX_PIXELS", "VideoLimits"]
-
 MAX_PIXELS: Final = 50_000_000
 """Default limit on decoded pictures in px: a little more than 8K (7680x4320)."""
 

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.io.video_kinds import Kind
 
-__all__ = ["UnfitPackets", "check_kind", "copy_packets", "missing_packets_error", "presentation_times", "timed_packets"]
-
 IntArray = NDArray[np.int64]
 
 

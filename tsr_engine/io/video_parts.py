@@ -11,8 +11,6 @@ from typing import BinaryIO, Final, TypeAlias
 
 from tsr_engine.io.video_kinds import ASF_HEADER, Kind
 
-__all__ = ["ContainerLayout"]
-
 Boxes: TypeAlias = Iterator[tuple[bytes, int | None]]
 """Name and end of each box, in bytes from the start of the file; None: the file does not state its end."""
 

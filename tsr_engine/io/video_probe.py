@@ -77,11 +77,7 @@ def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Inpu
     """
     path = file.path
     kind = check_file(file)
-    options = {
-        "protocol_whitelist": "file",
-        "format_whitelist": DEMUXERS,
-        "max_pixels": _decoder_limit(limits),
-    }
+    options = {"protocol_whitelist": "file", "format_whitelist": DEMUXERS, "max_pixels": _decoder_limit(limits)}
     try:
         container: InputContainer
         if kind.demuxer == "webp":
@@ -90,11 +86,7 @@ def open_container(file: OpenedFile, limits: VideoLimits) -> Iterator[tuple[Inpu
             )
         else:
             container = av.open(
-                f"file:{file.reopen_path}",
-                mode="r",
-                format=kind.demuxer,
-                options=options,
-                metadata_errors="replace",
+                f"file:{file.reopen_path}", mode="r", format=kind.demuxer, options=options, metadata_errors="replace"
             )
     except (av.FFmpegError, OSError, ValueError, MemoryError) as error:
         raise VideoError(

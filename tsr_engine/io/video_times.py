@@ -12,8 +12,6 @@ import numpy as np
 
 from tsr_engine.io.frame_table import BoolArray, FrameLedger, IntArray
 
-__all__ = ["MIN_RESTART_S", "NO_TIME", "Scan", "Timeline"]
-
 NO_TIME = -(2**62)
 """Time of a packet without one. In a file of timed packets, the stamp of a packet without a time is this number plus
 its byte position."""

@@ -12,8 +12,6 @@ from typing import BinaryIO
 import av
 import numpy as np
 
-__all__ = ["WebpFile"]
-
 _DEFAULT_DURATION_MS = 100
 """Milliseconds for which browsers show a picture without a duration."""
 

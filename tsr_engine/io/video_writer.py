@@ -15,6 +15,7 @@ from tsr_engine.errors import ExportError, StorageError, UsageError
 from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, full_disk_reason, storage_problem
 from tsr_engine.io.unfinished import UnfinishedFile
 from tsr_engine.io.video_probe import error_reason
+from tsr_engine.plural import plural
 from tsr_engine.records import Picture
 
 _TICKS_PER_SECOND = 90_000
@@ -144,7 +145,7 @@ class VideoWriter:
         """One sentence for each difference between the file and the written pictures."""
         if not self.cut_gaps:
             return ()
-        gaps = "1 gap" if self.cut_gaps == 1 else f"{self.cut_gaps} gaps"
+        gaps = plural(self.cut_gaps, "gap")
         max_minutes = MAX_GAP_TICKS // _TICKS_PER_SECOND // 60
         return (f"{self.path.name} has {gaps} in time cut to {max_minutes} minutes, which is what an MP4 can hold.",)
 

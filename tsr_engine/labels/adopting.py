@@ -11,8 +11,6 @@ from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.name_matching import comparable
 from tsr_engine.plural import plural
 
-__all__ = ["Adopted", "adopt_labels"]
-
 
 @dataclass(frozen=True, slots=True)
 class Adopted:
@@ -67,7 +65,7 @@ def adopt_labels(labels: LabelSet, other: LabelSet) -> Adopted:
 
 
 def _find_known(finder: LabelFinder, label: Label) -> Label | None:
-    for word in (label.key, label.name, *label.aliases):
+    for word in label.words:
         match = finder.named(word)
         if match is not None and match.how != "short":
             return match.label
@@ -76,11 +74,8 @@ def _find_known(finder: LabelFinder, label: Label) -> Label | None:
 
 def _find_among(new_labels: Sequence[Label], label: Label) -> Label | None:
     """A newly added label with a word of a merged one."""
-    wanted = {comparable(word) for word in (label.key, label.name, *label.aliases)}
-    return next(
-        (each for each in new_labels if wanted & {comparable(word) for word in (each.key, each.name, *each.aliases)}),
-        None,
-    )
+    wanted = set(map(comparable, label.words))
+    return next((each for each in new_labels if not wanted.isdisjoint(map(comparable, each.words))), None)
 
 
 def _with_mirror(label: Label, other: LabelSet, adopted: dict[int, Label]) -> Label:

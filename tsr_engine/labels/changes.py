@@ -16,32 +16,8 @@ from tsr_engine.labels.conflicts import ChangeError, NoLabelError, claims_of, re
 from tsr_engine.labels.model import MAX_LABELS, Label, LabelSet
 from tsr_engine.labels.name_matching import comparable, first_problem
 
-__all__ = [
-    "UPDATABLE",
-    "Changed",
-    "add_label",
-    "hide_label",
-    "join_words",
-    "key_of",
-    "merge_labels",
-    "next_version",
-    "set_picture",
-    "show_label",
-    "update_label",
-]
-
 UPDATABLE: Final = (
-    "name",
-    "short",
-    "aliases",
-    "shape",
-    "category",
-    "attributes",
-    "teach",
-    "colour",
-    "size_mm",
-    "mirror",
-    "pinned",
+    *("name", "short", "aliases", "shape", "category", "attributes", "teach", "colour", "size_mm", "mirror", "pinned"),
 )
 """Fields that :func:`update_label` can change."""
 _MAX_KEY_LENGTH = 80

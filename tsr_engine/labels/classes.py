@@ -11,15 +11,6 @@ from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
 
-__all__ = [
-    "RunClasses",
-    "class_names_of",
-    "classes_of_keys",
-    "classes_of_set",
-    "default_keys",
-    "resolved_labels",
-]
-
 
 class RunClasses:
     """Maps class numbers of a model or run to labels of a set.
@@ -109,9 +100,9 @@ def class_names_of(keys: Sequence[str] | None) -> tuple[str, ...]:
     Args:
         keys: by class number; None: those of ``gtsrb-43``.
     """
-    shipped = shipped_set(DEFAULT)
-    known = [shipped.by_key(key) for key in (default_keys() if keys is None else keys)]
-    return tuple(key if label is None else label.name for key, label in zip(keys or default_keys(), known, strict=True))
+    keys = default_keys() if keys is None else keys
+    known = map(shipped_set(DEFAULT).by_key, keys)
+    return tuple(key if label is None else label.name for key, label in zip(keys, known, strict=True))
 
 
 def default_keys() -> tuple[str, ...]:

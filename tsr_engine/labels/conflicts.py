@@ -8,8 +8,6 @@ from tsr_engine.errors import InputError
 from tsr_engine.labels.model import Label
 from tsr_engine.labels.name_matching import comparable
 
-__all__ = ["ChangeError", "NoLabelError", "TakenError", "claims_of", "require_free", "require_unclaimed"]
-
 
 class ChangeError(InputError):
     """Raised if a change breaks a rule of label sets.
@@ -71,7 +69,7 @@ def claims_of(labels: Iterable[Label]) -> dict[str, Label]:
     claims: dict[str, Label] = {}
     for label in labels:
         if label.merged_into is None:
-            for word in (label.key, label.name, *label.aliases):
+            for word in label.words:
                 claims.setdefault(comparable(word), label)
     return claims
 

@@ -17,8 +17,6 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import MAX_LABELS, SCHEMA, LabelSet
 from tsr_engine.labels.name_matching import first_problem
 
-__all__ = ["DEFAULT", "SHIPPED", "VIENNA", "dump_set", "load_set", "parse_set", "save_set", "shipped_set"]
-
 DEFAULT: Final = "gtsrb-43"
 """Key of the set of a new library."""
 VIENNA: Final = "vienna"

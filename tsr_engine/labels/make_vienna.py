@@ -13,8 +13,6 @@ from pathlib import Path
 from tsr_engine.labels.files import VIENNA, save_set, shipped_set
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
-__all__ = ["SETS", "TARGET", "make_vienna"]
-
 SETS = Path(str(resources.files("tsr_engine.labels"))) / "sets"
 TARGET = SETS / "vienna.json"
 """The shipped file."""

@@ -10,8 +10,6 @@ from typing import Literal
 from tsr_engine.labels.model import Label, LabelSet
 from tsr_engine.labels.name_matching import comparable, words_of
 
-__all__ = ["How", "LabelFinder", "Match", "Suggestions", "unknown_label"]
-
 How = Literal["key", "name", "alias", "short", "number"]
 _NUMBER = re.compile(r"(?:#|(?:class|label|id|c)[\s_:#-]*)?0*(\d{1,9})", re.ASCII | re.IGNORECASE)
 _MIN_SIMILARITY = 0.75
@@ -92,32 +90,32 @@ class LabelFinder:
         found = {
             self._into.get(label.id, label.id)
             for label in self._by_id.values()
-            for known in (label.key, label.name, *label.aliases)
+            for known in label.words
             if wanted[0] in (words := words_of(known)) and all(word in words for word in wanted)
         }
         return [label for label in self._live if label.id in found]
 
-    def suggestions(self, word: str, limit: int = _MAX_SUGGESTIONS) -> Suggestions:
+    def suggestions(self, word: str) -> Suggestions:
         """Labels that a word may mean: those that resemble it, else those that contain it."""
-        similar = self.similar(word, limit)
-        return Suggestions(tuple(similar or self.containing(word, limit)), bool(similar))
+        similar = self.similar(word)
+        return Suggestions(tuple(similar or self.containing(word)), bool(similar))
 
-    def containing(self, word: str, limit: int = 3) -> list[Label]:
+    def containing(self, word: str) -> list[Label]:
         """Labels as in :meth:`with_words`, then those with the word's letters anywhere; a letter alone gives none."""
         letters = comparable(word)
         if len(letters) < 2:
             return []
         anywhere = [match.label for known, match in self._words.items() if letters in known]
         found = {label.id: label for label in (*self.with_words(word), *anywhere)}
-        return [*found.values()][:limit]
+        return [*found.values()][:_MAX_SUGGESTIONS]
 
-    def similar(self, word: str, limit: int = 3) -> list[Label]:
+    def similar(self, word: str) -> list[Label]:
         """Labels whose name, key or alias resembles a word, the most similar first.
 
         For a number: labels with it in their name, then the label with that id.
         """
         if (number := _NUMBER.fullmatch(word.strip())) is not None:
-            return self._numbered(number[1])[:limit]
+            return self._numbered(number[1])[:_MAX_SUGGESTIONS]
         wanted, scores = comparable(word), dict[int, float]()
         matcher = difflib.SequenceMatcher(autojunk=False)
         matcher.set_seq2(wanted)
@@ -127,7 +125,7 @@ class LabelFinder:
                 continue
             scores[match.label.id] = max(scores.get(match.label.id, 0.0), matcher.ratio())
         best = sorted((-score, number) for number, score in scores.items() if score >= _MIN_SIMILARITY)
-        return [self._by_id[number] for _, number in best[:limit]]
+        return [self._by_id[number] for _, number in best[:_MAX_SUGGESTIONS]]
 
     def _numbered(self, digits: str) -> list[Label]:
         number = re.compile(rf"(?<![\d.,]){digits}(?![.,]?\d)")

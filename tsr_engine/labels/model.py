@@ -14,20 +14,6 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from tsr_engine.labels.name_matching import comparable
 
-__all__ = [
-    "MAX_LABELS",
-    "NO_LABEL",
-    "SCHEMA",
-    "Attribute",
-    "AttributeKind",
-    "AttributeValue",
-    "Category",
-    "Label",
-    "LabelSet",
-    "Shape",
-    "Teach",
-]
-
 SCHEMA: Final = 1
 """Version of the file format."""
 NO_LABEL: Final = -1
@@ -142,7 +128,7 @@ class Label(_Frozen):
     """Name of a drawing that ships with the package, or ``sha256:...`` of a stored PNG picture; empty: none."""
     attributes: tuple[Attribute, ...] = ()
     size_mm: Annotated[float, Field(gt=0, le=10_000)] | None = None
-    """Usual width of the sign's face, m; None: not known."""
+    """Usual width of the sign's face, mm; None: not known."""
     mirror: Key | None = None
     """Key of the label of its left-right mirror image; None: the mirror image is not a sign."""
     teach: Teach = "sign"
@@ -161,6 +147,11 @@ class Label(_Frozen):
         if len(set(names)) != len(names):
             raise ValueError(f"label {self.key!r}: an attribute stands there twice")
         return self
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Key, name and aliases."""
+        return self.key, self.name, *self.aliases
 
     @property
     def shown_short(self) -> str:
@@ -198,7 +189,7 @@ class LabelSet(_Frozen):
         for label in self.labels:
             if label.merged_into is not None:
                 continue
-            for word in (label.key, label.name, *label.aliases):
+            for word in label.words:
                 other = claims.setdefault(comparable(word), label)
                 if other.id != label.id:
                     raise ValueError(

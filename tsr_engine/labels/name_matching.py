@@ -8,8 +8,6 @@ from functools import lru_cache
 
 from pydantic import ValidationError
 
-__all__ = ["comparable", "first_problem", "words_of"]
-
 _LOOSE = re.compile(r"[\s_\-./,:;()'\"]+")
 _BETWEEN_NUMBERS = re.compile(rf"(?<=\d){_LOOSE.pattern}(?=\d)")
 

@@ -7,8 +7,6 @@ import sys
 
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["schema_text"]
-
 
 def schema_text() -> str:
     """The schema, as stored in ``docs/``."""

@@ -9,8 +9,6 @@ from tsr_engine.labels.changes import Changed, join_words, next_version
 from tsr_engine.labels.conflicts import ChangeError, require_free
 from tsr_engine.labels.model import Label, LabelSet
 
-__all__ = ["undo_change"]
-
 
 def undo_change(
     labels: LabelSet, before: LabelSet, after: LabelSet, sentence: str, used: Callable[[int], bool]

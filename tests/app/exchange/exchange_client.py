@@ -6,7 +6,7 @@ import io
 import json
 import shutil
 import zipfile
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from tests.app.inline_worker import run_jobs
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
 from tsr_engine.exchange.dataset import Dataset, Track
-from tsr_engine.exchange.filters import select_frames
+from tsr_engine.exchange.filters import clip_track
 
 ALL_STATES = ["open", "accepted", "needs_work", "rejected"]
 MAX_ERROR_PX = 0.02
@@ -57,11 +57,17 @@ class ExchangeClient:
         with self.server.context.database.read() as session:
             return documents_of(session, self.run_id)
 
-    def edit(self, command: dict[str, Any], revisions: dict[str, int]) -> Any:
+    def edit(self, command: dict[str, Any], revisions: dict[str, int], author: str = "ada", run: str = "") -> Any:
         """Run one command."""
-        body = {"op_id": np.random.default_rng().bytes(12).hex(), "author": "ada", "command": command}
+        body = {"op_id": np.random.default_rng().bytes(12).hex(), "author": author, "command": command}
         tag = ", ".join(f'"{key}:{revision}"' for key, revision in revisions.items())
-        return self.post(f"/api/runs/{self.run_id}/edits", body, headers={"If-Match": tag} if tag else {})
+        return self.post(f"/api/runs/{run or self.run_id}/edits", body, headers={"If-Match": tag} if tag else {})
+
+    def undo(self, author: str = "ada", run: str = "") -> Any:
+        """Undo the author's last command; returns what it was."""
+        last = self.get(f"/api/runs/{run or self.run_id}/annotation?author={author}")["undo"]
+        self.edit({"name": "undo", "op_id": last["op_id"]}, {}, author, run)
+        return last
 
     def export(self, **request: Any) -> Any:
         """Request an export of all tracks and make it in this process; returns the finished output."""
@@ -151,11 +157,14 @@ def manifest_of(content: bytes) -> Any:
     return json.loads(unzipped(content)["manifest.json"])
 
 
-def clipped_to_picture(track: Track, width: int, height: int) -> Track:
+def table_of(content: bytes) -> str:
+    """The table in an archive."""
+    return next(content for name, content in unzipped(content).items() if name.endswith(".csv")).decode()
+
+
+def clipped_to_picture(track: Track, width: int = 320, height: int = 240) -> Track:
     """The track clipped at the picture, as importers do."""
-    boxes = np.clip(track.boxes, 0, [width, height, width, height])
-    inside = (boxes[:, 2] > boxes[:, 0]) & (boxes[:, 3] > boxes[:, 1])
-    part = select_frames(replace(track, boxes=boxes), inside)
+    part, _ = clip_track(track, (width, height))
     assert part is not None
     return part
 

@@ -12,6 +12,17 @@ from tests.app.exchange.exchange_client import ExchangeClient
 HEAD = ",".join(COLUMNS)
 
 
+def corner_rows(sign: int, label: int, frames: range, ignore: int = 0) -> list[str]:
+    """A sign in the picture's corner, outside all tracks of the run."""
+    return [f"{k},{sign},1,1,13,13,{label},1,{ignore}" for k in frames]
+
+
+TWO_SIGNS = [
+    *corner_rows(1, 14, range(3, 9)),
+    *[row.replace(",1,1,13,13,", ",1,40,13,52,") for row in corner_rows(2, 17, range(5))],
+]
+
+
 def truth(api: ExchangeClient, rows: list[str]) -> str:
     """A ground truth of the server's video."""
     content = "\n".join([HEAD, *rows]) + "\n"
@@ -32,17 +43,11 @@ def take(api: ExchangeClient, given: str, signs: list[int]) -> Any:
 
 @pytest.mark.parametrize("label", [14, "stop", "Stop"])
 def test_all_signs_of_a_label_by_its_id_key_or_name(api: ExchangeClient, label: int | str) -> None:
-    given = truth(
-        api,
-        [
-            *corner_rows(1, 14, range(3, 9)),
-            *[r.replace(",1,1,13,13,", ",1,40,13,52,") for r in corner_rows(2, 17, range(5))],
-        ],
-    )
+    given = truth(api, TWO_SIGNS)
     body = {"truth": given, "label": label}
     answer = api.server.client.post(f"/api/runs/{api.run_id}/take-over", json=body).json()
     assert (answer["made"], answer["changed"]) == (1, 0)
-    undo(api, answer["op_id"])
+    api.undo()
 
 
 @pytest.mark.parametrize(
@@ -55,32 +60,16 @@ def test_an_unknown_label_is_refused_with_the_way_to_the_list(api: ExchangeClien
     assert f"has the key, name, alias or number {label!r}. {hint}" in answer.json()["error"]["message"]
 
 
-def undo(api: ExchangeClient, op_id: str) -> None:
-    body = {"op_id": f"undo{op_id}"[:32], "author": "ada", "command": {"name": "undo", "op_id": op_id}}
-    api.post(f"/api/runs/{api.run_id}/edits", body)
-
-
-def corner_rows(sign: int, label: int, frames: range, ignore: int = 0) -> list[str]:
-    """A sign in the picture's corner, outside all tracks of the run."""
-    return [f"{k},{sign},1,1,13,13,{label},1,{ignore}" for k in frames]
-
-
 def test_signs_become_tracks_and_one_undo_reverts_all(api: ExchangeClient) -> None:
     before = docs(api)
-    given = truth(
-        api,
-        [
-            *corner_rows(1, 14, range(3, 9)),
-            *[r.replace(",1,1,13,13,", ",1,40,13,52,") for r in corner_rows(2, 17, range(5))],
-        ],
-    )
+    given = truth(api, TWO_SIGNS)
     answer = take(api, given, [1, 2]).json()
     assert (answer["made"], answer["changed"], answer["same"]) == (2, 0, 0)
     made = {doc["class_id"]: doc for key, doc in docs(api).items() if key not in before}
     assert set(made) == {14, 17}
     assert sorted(map(int, made[14]["keys"])) == [3, 8], "a box that stands still needs its ends only"
     assert made[14]["keys"]["3"]["box"] == [1, 1, 13, 13]
-    undo(api, answer["op_id"])
+    api.undo()
     left = {key: doc for key, doc in docs(api).items() if not doc["gone"]}
     assert left.keys() == {key for key, doc in before.items() if not doc["gone"]}
 
@@ -98,7 +87,7 @@ def test_a_sign_on_a_track_corrects_it_once(api: ExchangeClient) -> None:
     assert docs(api)[key]["review"] == "open", "a verdict is for the person to give"
     again = take(api, given, [7]).json()
     assert (again["made"], again["changed"], again["same"], again["op_id"]) == (0, 0, 1, None)
-    undo(api, answer["op_id"])
+    api.undo()
 
 
 @pytest.mark.parametrize(

@@ -11,17 +11,23 @@ import pytest
 from sqlalchemy import select
 
 from app.storage.models import Event
-from tests.app.exchange.exchange_client import ExchangeClient, assert_same_track, clipped_to_picture, unzipped, zipped
+from tests.app.exchange.exchange_client import (
+    ExchangeClient,
+    assert_same_track,
+    clipped_to_picture,
+    table_of,
+    unzipped,
+    zipped,
+)
 
 
 def test_an_export_of_one_run_is_matched_by_position_in_another(api: ExchangeClient) -> None:
     """Both runs have an m1, for different signs."""
     exported = api.download(api.export(format="tracks-csv"))
-    rows = next(content for name, content in unzipped(exported).items() if name.endswith(".csv")).decode()
-    turned = rows.replace("m1,", "m0,").replace("m2,", "m1,").replace("m0,", "m2,")
+    turned = table_of(exported).replace("m1,", "m0,").replace("m2,", "m1,").replace("m0,", "m2,")
     second = api.import_file(turned.encode(), "run", name="second.csv")["id"]
     original, imported = api.tracks(), api.tracks(second)
-    np.testing.assert_allclose(imported["m2"].boxes, clipped_to_picture(original["m1"], 320, 240).boxes, atol=0.1)
+    np.testing.assert_allclose(imported["m2"].boxes, clipped_to_picture(original["m1"]).boxes, atol=0.1)
     found = api.import_file(exported, "annotation", run=second)
     assert (found["tracks"], found["same"]) == (0, 2), found
     assert api.import_file(exported, "annotation", run=api.run_id)["same"] == 2
@@ -45,7 +51,7 @@ def test_a_file_becomes_ground_truth(api: ExchangeClient, annotations: bytes) ->
     ground_truths = api.get(f"/api/videos/{api.video_id}/ground-truths")["ground_truths"]
     assert [(truth["name"], truth["count"]) for truth in ground_truths] == [("theirs.xml", found["boxes"])]
     boxes = api.get(f"/api/ground-truths/{found['id']}/boxes?first=0&last=74")["boxes"]
-    wanted = clipped_to_picture(api.tracks()["m1"], 320, 240)
+    wanted = clipped_to_picture(api.tracks()["m1"])
     of_track = [box for box in boxes if box["track"] == 1]
     assert [box["frame"] for box in of_track] == wanted.frames.tolist()
     np.testing.assert_allclose([box["box"] for box in of_track], wanted.boxes, atol=0.51)
@@ -77,12 +83,10 @@ def test_a_file_becomes_a_run_for_every_screen(api: ExchangeClient, annotations:
     assert "was imported" in answer.json()["error"]["message"]
     for key, track in api.tracks(run_id).items():
         assert track.source == "imported"
-        assert_same_track(track, clipped_to_picture(api.tracks()[key], 320, 240), 0.51)
+        assert_same_track(track, clipped_to_picture(api.tracks()[key]), 0.51)
     assert api.server.client.get(f"/api/runs/{run_id}/tracks/1/crop?frame=20&size=64").status_code in (200, 404)
     edited = {"name": "relabel_track", "key": "m1", "frame": 20, "class_id": 3}
-    body = {"op_id": "a" * 12, "author": "ada", "command": edited}
-    answer = api.server.client.post(f"/api/runs/{run_id}/edits", json=body, headers={"If-Match": '"m1:0"'})
-    assert answer.status_code == 200, "it is reviewed like any run"
+    api.edit(edited, {"m1": 0}, run=run_id)  # it is reviewed like any run
     assert api.server.client.delete(f"/api/runs/{run_id}").status_code == 204
     assert not (api.home / "runs" / run_id).exists()
 
@@ -98,7 +102,7 @@ def test_an_imported_run_keeps_verdicts_and_notes(api: ExchangeClient) -> None:
     api.make_corrections()
     content = api.download(api.export(format="tracks-json"))
     found = api.import_file(content, "run", name="theirs")
-    wanted = {key: clipped_to_picture(track, 320, 240) for key, track in api.tracks().items()}
+    wanted = {key: clipped_to_picture(track) for key, track in api.tracks().items()}
     numbered = dict(zip(("m1", "m2", "hdrawn01"), ("m1", "m2", "m3"), strict=True))
     there = api.tracks(found["id"])
     assert set(there) == set(numbered.values())
@@ -111,9 +115,7 @@ def test_an_imported_run_keeps_verdicts_and_notes(api: ExchangeClient) -> None:
     assert (there["m2"].state, found["skipped"]) == ("rejected", [])
     log = api.get(f"/api/runs/{found['id']}/edits")["edits"]
     assert [(entry["name"], entry["seq"]) for entry in log] == [("import", found["edit"])]
-    undo = api.get(f"/api/runs/{found['id']}/annotation?author={log[0]['author']}")["undo"]
-    body = {"op_id": "undo-import-1", "author": log[0]["author"], "command": {"name": "undo", "op_id": undo["op_id"]}}
-    api.post(f"/api/runs/{found['id']}/edits", body)
+    api.undo(log[0]["author"], found["id"])
     bare = api.tracks(found["id"])
     assert not any(track.occluded.any() or track.notes or track.state != "open" for track in bare.values())
 
@@ -138,16 +140,12 @@ def test_corrections_from_elsewhere_are_one_operation(api: ExchangeClient, annot
     entries = api.get(f"/api/runs/{api.run_id}/edits")["edits"]
     assert len(entries) == log + 1
     assert (entries[-1]["name"], entries[-1]["author"], entries[-1]["seq"]) == ("import", "bob", back["edit"])
-    assert_same_track(
-        clipped_to_picture(api.tracks()["m1"], 320, 240), clipped_to_picture(before["m1"], 320, 240), 0.51
-    )
+    assert_same_track(clipped_to_picture(api.tracks()["m1"]), clipped_to_picture(before["m1"]), 0.51)
     again = api.import_file(annotations, "annotation", name="before.xml", author="bob")
     assert (again["tracks"], again["same"], again["edit"]) == (0, 2, None), "nothing left to change"
     forth = api.import_file(corrected, "annotation", name="after.xml", author="bob")
     assert forth["tracks"] >= 1
-    assert_same_track(
-        clipped_to_picture(api.tracks()["m1"], 320, 240), clipped_to_picture(wanted["m1"], 320, 240), 0.51
-    )
+    assert_same_track(clipped_to_picture(api.tracks()["m1"]), clipped_to_picture(wanted["m1"]), 0.51)
 
 
 @pytest.mark.parametrize("name", ["cvat-video", "tracks-json", "mot", "gtsdb"])
@@ -157,9 +155,7 @@ def test_another_class_from_elsewhere_keeps_boxes_and_scores(api: ExchangeClient
     api.edit({"name": "relabel_track", "key": "m1", "frame": 0, "class_id": 13}, {"m1": 0})
     relabelled = unzipped(api.download(api.export(format=name, pictures="none")))
     assert relabelled != content
-    undo = api.get(f"/api/runs/{api.run_id}/annotation?author=ada")["undo"]
-    body = {"op_id": "take-it-back-1", "author": "ada", "command": {"name": "undo", "op_id": undo["op_id"]}}
-    api.post(f"/api/runs/{api.run_id}/edits", body)
+    api.undo()
     found = api.import_file(zipped(relabelled), "annotation", name="relabelled.zip")
     assert (found["tracks"], found["same"]) == (1, 1)
     (document,) = api.get(f"/api/runs/{api.run_id}/annotation")["docs"]
@@ -178,15 +174,15 @@ def test_an_import_is_undone_and_redone_in_one_step(api: ExchangeClient, annotat
     assert found["tracks"] == 2, "m1 changes, the other is new to us"
     after = api.tracks()
     assert len(after) == len(before) + 1
-    undo = api.get(f"/api/runs/{api.run_id}/annotation?author=bob")["undo"]
-    assert undo["name"] == "import"
-    for name in ("undo", "redo"):
-        command = {"name": name, "op_id": undo["op_id"]}
-        api.post(f"/api/runs/{api.run_id}/edits", {"op_id": f"bob-{name}-1", "author": "bob", "command": command})
-        now, wanted = api.tracks(), before if name == "undo" else after
+    undone = api.undo("bob")
+    assert undone["name"] == "import"
+    for wanted in (before, after):
+        now = api.tracks()
         assert set(now) == set(wanted)
         for key, track in now.items():
             assert_same_track(track, wanted[key], 0.0)
+        if wanted is before:
+            api.edit({"name": "redo", "op_id": undone["op_id"]}, {}, "bob")
 
 
 def test_a_file_from_elsewhere_needs_no_names(api: ExchangeClient, annotations: bytes) -> None:
@@ -206,12 +202,11 @@ def test_a_sign_without_a_class_round_trips_and_can_be_reset(api: ExchangeClient
     """No class is a correction; resetting restores the engine's class without a person's label."""
     engine = api.tracks()["m1"]
 
-    def content() -> bytes:
-        files = unzipped(api.download(api.export(format="tracks-csv")))
-        return next(content for name, content in files.items() if name.endswith(".csv"))
+    def content() -> str:
+        return table_of(api.download(api.export(format="tracks-csv")))
 
     def with_class(number: int, name: str) -> bytes:
-        table = [row.split(",") for row in content().decode().splitlines()]
+        table = [row.split(",") for row in content().splitlines()]
         at, named, uid = (table[0].index(column) for column in ("class_id", "label", "uid"))
         for row in table[1:]:
             if row[uid] == "m1":
@@ -229,7 +224,7 @@ def test_a_sign_without_a_class_round_trips_and_can_be_reset(api: ExchangeClient
         assert (again["tracks"], again["same"]) == (0, 2), name
     figure = api.get(f"/api/compare?reference=run:{api.run_id}&candidate=annotation:{api.run_id}")
     assert {(cell["reference"], cell["candidate"]) for cell in figure["confusion"]["cells"]} >= {(engine.label, -1)}
-    back = api.import_file(plain, "annotation", name="plain.csv")
+    back = api.import_file(plain.encode(), "annotation", name="plain.csv")
     assert (back["tracks"], back["same"]) == (1, 1)
     assert api.tracks()["m1"].source == "engine"
     assert api.documents()["m1"].class_id is None
@@ -238,7 +233,7 @@ def test_a_sign_without_a_class_round_trips_and_can_be_reset(api: ExchangeClient
 def test_a_merged_sign_is_not_doubled_in_another_run(api: ExchangeClient) -> None:
     """The engine lost a sign and found it again; in one run a person merged the two tracks."""
     exported = api.download(api.export(format="tracks-csv"))
-    rows = next(content for name, content in unzipped(exported).items() if name.endswith(".csv")).decode().splitlines()
+    rows = table_of(exported).splitlines()
     head = rows[0].split(",")
     frame, uid, number = (head.index(column) for column in ("frame", "uid", "track_id"))
     track = api.tracks()["m1"]
@@ -250,8 +245,7 @@ def test_a_merged_sign_is_not_doubled_in_another_run(api: ExchangeClient) -> Non
     broken = "\n".join([rows[0], *(",".join(row) for row in later)]).encode()
     first, second = (api.import_file(broken, "run", name=name)["id"] for name in ("first.csv", "second.csv"))
     merge = {"name": "merge", "frame": middle, "key": "m1", "others": ["m9"]}
-    body = {"op_id": "merge-them-1", "author": "ada", "command": merge}
-    api.post(f"/api/runs/{first}/edits", body, headers={"If-Match": '"m1:0", "m9:0"'})
+    api.edit(merge, {"m1": 0, "m9": 0}, run=first)
     wanted = api.tracks(first)
     merged = api.download(api.export(runs=[first], format="tracks-json"))
     before = api.tracks(second)
@@ -264,9 +258,7 @@ def test_a_merged_sign_is_not_doubled_in_another_run(api: ExchangeClient) -> Non
     assert np.isfinite(after["m1"].score).tolist() == np.isfinite(wanted["m1"].score).tolist()
     again = api.import_file(merged, "annotation", name="merged.zip", run=second)
     assert (again["tracks"], again["same"], again["edit"]) == (0, 2, None)
-    entry = api.get(f"/api/runs/{second}/edits")["edits"][-1]
-    command = {"name": "undo", "op_id": entry["op_id"]}
-    api.post(f"/api/runs/{second}/edits", {"op_id": "undo-merge-1", "author": entry["author"], "command": command})
+    api.undo(api.get(f"/api/runs/{second}/edits")["edits"][-1]["author"], second)
     assert sorted(api.tracks(second)) == sorted(before)
 
 
@@ -299,9 +291,7 @@ def test_a_simultaneous_edit_is_not_overwritten(api: ExchangeClient, annotations
     assert calls == 2
     assert (found["tracks"], found["same"]) == (1, 1)
     assert api.tracks()["m1"].label == 14
-    undo = api.get(f"/api/runs/{api.run_id}/annotation?author=bob")["undo"]
-    command = {"name": "undo", "op_id": undo["op_id"]}
-    api.post(f"/api/runs/{api.run_id}/edits", {"op_id": "bob-undo-1", "author": "bob", "command": command})
+    api.undo("bob")
     assert api.tracks()["m1"].label == 2
 
 

@@ -74,22 +74,8 @@ def test_labels_are_added_with_all_fields_and_changed(labels: Command) -> None:
     shown = labels.json("show", "parkverbot")
     assert (shown["id"], shown["pinned"]) == (43, 3)
     assert shown["attributes"][0] | {"name": "bent", "kind": "checkbox", "mutable": True} == shown["attributes"][0]
-    done = labels.json(
-        "add",
-        "x",
-        "--key",
-        "k",
-        "--short",
-        "s",
-        "--shape",
-        "circle",
-        "--category",
-        "danger",
-        "--teach",
-        "ignore",
-        "--colour",
-        "#00ff00",
-    )
+    options = "--key k --short s --shape circle --category danger --teach ignore --colour #00ff00"
+    done = labels.json("add", "x", *options.split())
     assert done["label"] | {"id": 44, "key": "k", "short": "s", "shape": "circle", "teach": "ignore"} == done["label"]
     assert labels("rename", "x", "y").startswith("Renamed 'x' to 'y'.")
     labels("alias", "y", "z", "zz")

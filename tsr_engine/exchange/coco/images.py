@@ -18,21 +18,10 @@ from tsr_engine.exchange.picture_sequences import ListedPicture
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["CocoHead", "Image", "find_image_frames", "missing_list_error", "read_head"]
-
 _SINGULAR: Final = {"categories": "category", "images": "image", "videos": "video"}
 _IMAGE_KEYS: Final = (
-    "id",
-    "file_name",
-    "frame",
-    "frame_id",
-    "frame_index",
-    "width",
-    "height",
-    "video",
-    "video_id",
-    "video_sha256",
-    "prev_image_id",
+    *("id", "file_name", "frame", "frame_id", "frame_index", "prev_image_id"),
+    *("width", "height", "video", "video_id", "video_sha256"),
 )
 _COCO_VID = NumberingScheme(0, "CocoVID counts frame_id from 0")
 _PREV_IMAGE_ID = NumberingScheme(1, "files whose images have prev_image_id count frame_id from 1")

@@ -6,7 +6,8 @@ import math
 from pathlib import Path
 from typing import TypeVar
 
-from tsr_engine.exchange.attributes import label_values, parse_attributes, tool_values
+from tsr_engine.exchange.attributes import BOX_NAMES, label_values, parse_attributes, track_facts
+from tsr_engine.exchange.box_rules import Edges, scaled
 from tsr_engine.exchange.coco.images import CocoHead, find_image_frames, missing_list_error, read_head
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.file_listing import list_json_files
@@ -16,21 +17,14 @@ from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.linking import UntrackedBoxes
-from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_sequences import ListedPicture
 from tsr_engine.exchange.reading import rule_error
-from tsr_engine.exchange.rotated_boxes import Edges, bounding_box
+from tsr_engine.exchange.rotated_boxes import bounding_box
 from tsr_engine.json_shapes import JsonObject
-
-__all__ = ["read_coco"]
 
 _T = TypeVar("_T")
 
 _TRUE_VALUES = (True, 1, "true", "True", "1")
-_TOOL_ATTRIBUTES = frozenset(
-    {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation", "ignore"}
-)
-"""Attributes that this tool or CVAT writes, which are not a label's."""
 
 
 def read_coco(path: Path, target: ImportTarget) -> Dataset:
@@ -99,7 +93,6 @@ class _Annotations:
             return
         attributes = annotation.get("attributes")
         attributes = attributes if isinstance(attributes, dict) else {}
-        own_values = tool_values(attributes)
         score = attributes.get("score", annotation.get("score"))
         box_fields: JsonObject = {
             "file": self._name,
@@ -108,7 +101,7 @@ class _Annotations:
             "occluded": attributes.get("occluded", False) in _TRUE_VALUES,
             "ignore": annotation.get("iscrowd", 0) in _TRUE_VALUES or attributes.get("ignore", False) in _TRUE_VALUES,
             "score": math.nan if score is None else real_of(score, "score", self._name, where),
-            "attributes": parse_attributes(label_values(attributes, _TOOL_ATTRIBUTES), self._name, where),
+            "attributes": parse_attributes(label_values(attributes, BOX_NAMES), self._name, where),
         }
         edges = self._validator.boxes.edges(
             lambda: self._edges(annotation["bbox"], attributes.get("rotation"), image.scale, where)
@@ -121,14 +114,7 @@ class _Annotations:
         if attributes.get("outside", False) in _TRUE_VALUES:
             self._validator.hide_from(uid, image.frame)
             return
-        is_known = uid in self._validator
-        if self._validator.box(uid, image.frame, edges, number, **box_fields) and not is_known:
-            self._validator.describe(
-                uid,
-                state=str(own_values.get("state", "open")),
-                source=str(own_values.get("source", "imported")),
-                notes=notes_from_text(str(own_values.get("note", "")), image.frame),
-            )
+        self._validator.box(uid, image.frame, edges, number, facts=track_facts(attributes), **box_fields)
 
     def _edges(self, box: object, rotation: object, scale: tuple[float, float], where: str) -> Edges:
         """Edges in px of the video; a rotated box is replaced by the upright box around it."""
@@ -136,7 +122,7 @@ class _Annotations:
         if rotation:
             degrees = real_of(rotation, "rotation", self._name, where, in_text=True)
             edges = bounding_box(edges, degrees, self._validator, self._name, where)
-        return _scaled(edges, scale)
+        return scaled(edges, scale)
 
     def _track(self, annotation: JsonObject, attributes: JsonObject, where: str) -> str:
         """Name of an annotation's track, by CVAT's or CocoVID's id; empty: it has none."""
@@ -217,7 +203,7 @@ class _Results:
         score = result.get("score")
         self._loose.add(
             frame,
-            self._validator.boxes.edges(lambda: _scaled(_edges(result.get("bbox"), self._name, where), scale)),
+            self._validator.boxes.edges(lambda: scaled(_edges(result.get("bbox"), self._name, where), scale)),
             label,
             file=self._name,
             line=where,
@@ -248,7 +234,3 @@ def _edges(box: object, file: str, where: str) -> Edges:
         raise rule_error(file, where, f"bbox must be four numbers x, y, width, height. Got {str(box)[:80]}.")
     x, y, width, height = (real_of(side, "bbox", file, where) for side in box)
     return x, y, x + width, y + height
-
-
-def _scaled(edges: Edges, scale: tuple[float, float]) -> Edges:
-    return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]

@@ -9,23 +9,16 @@ from pathlib import Path
 from tsr_engine.exchange.attributes import json_members, track_attributes, written_name
 from tsr_engine.exchange.coco.reader import read_coco
 from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.exchange.file_listing import list_json_files
+from tsr_engine.exchange.file_listing import head_of, list_json_files
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.import_validator import SIZE_SWITCH
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.output_sink import OutputSink, compact_json
-from tsr_engine.exchange.picture_lists import (
-    IMAGE_SWITCH,
-    PictureList,
-    make_picture_lists,
-    subsets_in,
-    write_listed_pictures,
-)
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, make_picture_lists, write_listed_pictures
 from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import round_to_sizes
-
-__all__ = ["FORMAT"]
+from tsr_engine.exchange.split import names_of_subsets
 
 _DECIMALS = 4
 _JSON_BOOLS = ("false", "true")
@@ -37,7 +30,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     lists = make_picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
     done = boxes = 0
-    for subset in subsets_in(lists, options):
+    for subset in names_of_subsets(options.split):
         with out.text(f"annotations/instances_{subset}.json") as file:
             file.write('{"info":{},"licenses":[{"id":0,"name":"","url":""}],\n"categories":[')
             categories = [
@@ -107,8 +100,7 @@ def _annotations(part: PictureList, subset: str, labels: ClassMap, count: int) -
 
 def _sniff(path: Path) -> bool:
     for file in list_json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
-        with file.open("rb") as stream:
-            start = stream.read(1 << 16)
+        start = head_of(file, 1 << 16)
         if b'"dm_format_version"' in start or b'"media_type"' in start or b'"image/' in start:
             return False
         return (b'"images"' in start and (b'"file_name"' in start or b'"categories"' in start)) or (

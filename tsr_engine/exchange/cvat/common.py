@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import colorsys
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -13,10 +14,14 @@ from pydantic import ValidationError
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.added_labels import DeclaredLabel
 from tsr_engine.exchange.attributes import original_name, value_as_text, written_name
+from tsr_engine.exchange.box_rules import Edges, scaled
 from tsr_engine.exchange.dataset import DatasetVideo, Track
+from tsr_engine.exchange.file_listing import head_of
+from tsr_engine.exchange.frame_rows import TrackInfo
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap
 from tsr_engine.exchange.nearby_manifest import is_named_after
+from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rotated_boxes import bounding_box
 from tsr_engine.exchange.split import SUBSETS
@@ -26,22 +31,6 @@ from tsr_engine.exchange.xml import Node, attribute, elements, escape_text, numb
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Attribute, AttributeValue
-
-__all__ = [
-    "SHAPES",
-    "TOOL_ATTRIBUTES",
-    "attribute_line",
-    "attribute_lines",
-    "attributes_of",
-    "box_edges",
-    "declare_labels",
-    "detect_mode",
-    "find_files",
-    "header_lines",
-    "label_lines",
-    "read_flag",
-    "source_of",
-]
 
 SHAPES = frozenset({"polygon", "polyline", "points", "ellipse", "cuboid", "skeleton", "mask"})
 """CVAT's shapes other than boxes."""
@@ -196,7 +185,13 @@ def attribute_line(name: str, value: str) -> str:
     return f"<attribute name={quote_attribute(name)}>{escape_text(value)}</attribute>" if value else ""
 
 
-def source_of(track: Track) -> str:
+def fact_lines(track: Track | TrackInfo) -> str:
+    """State, source and notes of a track as ``<attribute>`` elements."""
+    facts = {"state": track.state, "source": track.source, "note": notes_to_text(track.notes)}
+    return "".join(attribute_line(name, value) for name, value in facts.items())
+
+
+def source_of(track: Track | TrackInfo) -> str:
     """CVAT's ``source`` of a track: ``auto`` for the engine's, ``manual`` if a person made or changed it."""
     return "auto" if track.source == "engine" else "manual"
 
@@ -218,9 +213,33 @@ def read_flag(node: Node, name: str, file: str, default: str | None = None) -> b
     return str(value).lower() in ("1", "true")
 
 
-def box_edges(
-    node: Node, file: str, validator: ImportValidator, scale: tuple[float, float]
-) -> tuple[float, float, float, float]:
+def read_score(values: Mapping[str, str], file: str, node: Node) -> float:
+    """The score among the attributes of a box; NaN: none.
+
+    Raises:
+        ImportFormatError: it is not a number.
+    """
+    value = values.get("score", "").strip()
+    try:
+        return parse_real(value) if value else math.nan
+    except ValueError:
+        raise rule_error(file, node.line, f"the attribute score must be a number. Got {value[:40]!r}.") from None
+
+
+def original_scale(size: Node, validator: ImportValidator, file: str) -> tuple[float, float]:
+    """Factors from the size in an ``<original_size>`` to the video's.
+
+    Raises:
+        ImportFormatError: a side is missing or not a number, or the video has another size.
+    """
+    try:
+        width, height = parse_real(size.value("width")), parse_real(size.value("height"))
+    except ValueError:
+        raise rule_error(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
+    return validator.scale(width, height, file, size.line)
+
+
+def box_edges(node: Node, file: str, validator: ImportValidator, scale: tuple[float, float]) -> Edges:
     """Edges of a ``<box>`` in px, for ``ImportValidator.box``.
 
     A rotated box is replaced by the upright box around it, which is reported.
@@ -228,18 +247,13 @@ def box_edges(
     Raises:
         ImportFormatError: an edge is missing or not a number, or the rotation is not finite.
     """
-    return validator.boxes.edges(lambda: _edges(node, file, validator, scale))
 
+    def read() -> Edges:
+        x1, y1, x2, y2 = (number_attribute(node, name, file) for name in ("xtl", "ytl", "xbr", "ybr"))
+        degrees = number_attribute(node, "rotation", file) if "rotation" in node.attrib else 0.0
+        return scaled(bounding_box((x1, y1, x2, y2), degrees, validator, file, node.line), scale)
 
-def _edges(
-    node: Node, file: str, validator: ImportValidator, scale: tuple[float, float]
-) -> tuple[float, float, float, float]:
-    x1, y1, x2, y2 = (number_attribute(node, name, file) for name in ("xtl", "ytl", "xbr", "ybr"))
-    if "rotation" in node.attrib:
-        x1, y1, x2, y2 = bounding_box(
-            (x1, y1, x2, y2), number_attribute(node, "rotation", file), validator, file, node.line
-        )
-    return x1 * scale[0], y1 * scale[1], x2 * scale[0], y2 * scale[1]
+    return validator.boxes.edges(read)
 
 
 def find_files(path: Path, video: DatasetVideo) -> list[tuple[Path, str]]:
@@ -293,9 +307,8 @@ def detect_mode(path: Path) -> str | None:
         path = next((file for file in files if file.is_file()), path)
     if not path.is_file():
         return None
-    with path.open("rb") as stream:
-        if b"<annotations" not in stream.read(1 << 16).replace(b"\0", b""):
-            return None
+    if b"<annotations" not in head_of(path, 1 << 16).replace(b"\0", b""):
+        return None
     mode = "interpolation"
     try:
         for node in elements(path, "annotations", ("mode", "track", "image")):

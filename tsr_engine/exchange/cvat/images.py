@@ -6,10 +6,9 @@ documentation describes the format.
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
-from tsr_engine.exchange.attributes import label_values, tool_values
+from tsr_engine.exchange.attributes import label_values, track_facts
 from tsr_engine.exchange.cvat.common import (
     SHAPES,
     TOOL_ATTRIBUTES,
@@ -19,34 +18,33 @@ from tsr_engine.exchange.cvat.common import (
     box_edges,
     declare_labels,
     detect_mode,
+    fact_lines,
     find_files,
     header_lines,
     label_lines,
+    original_scale,
     read_flag,
+    read_score,
+    source_of,
 )
-from tsr_engine.exchange.dataset import Dataset, Skipped
-from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget
+from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Written
 from tsr_engine.exchange.frame_rows import FrameRows
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.import_validator import SIZE_SWITCH, ImportValidator
 from tsr_engine.exchange.labels import ClassMap, class_map
-from tsr_engine.exchange.notes import notes_from_text, notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, make_picture_lists, write_listed_pictures
 from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES, ListedPicture
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rounding import round_boxes
 from tsr_engine.exchange.xml import Node, attribute, elements, number_attribute, quote_attribute
-from tsr_engine.io.plain_numbers import parse_real
-from tsr_engine.json_shapes import JsonObject
-
-__all__ = ["FORMAT"]
 
 _DECIMALS = 2
 _TOOL_ATTRIBUTES = TOOL_ATTRIBUTES | {"track_id"}
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], JsonObject]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     suffix = options.switches.get("image", "jpg")
     lists = make_picture_lists(dataset, options)
@@ -88,23 +86,17 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
 def _heads(rows: FrameRows) -> list[str]:
     """Attributes that all boxes of a track share."""
     return [
-        attribute_line("uid", info.uid)
-        + attribute_line("state", info.state)
-        + attribute_line("source", info.source)
-        + attribute_line("note", notes_to_text(info.notes))
-        + attribute_lines(info.attributes)
-        for info in rows.tracks
+        attribute_line("uid", info.uid) + fact_lines(info) + attribute_lines(info.attributes) for info in rows.tracks
     ]
 
 
 def _box(rows: FrameRows, k: int, edges: list[float], track_attributes: list[str], labels: ClassMap) -> str:
-    info = rows.tracks[rows.table.track[k]]
     x1, y1, x2, y2 = edges
     score = float(rows.table.score[k])
     attributes = track_attributes[rows.table.track[k]] + attribute_lines(rows.attributes_at(k))
     attributes += f'<attribute name="score">{score:.6g}</attribute>' if score == score else ""
     attributes += attribute_line("ignore", "true") if rows.table.ignore[k] else ""
-    source = "auto" if info.source == "engine" else "manual"
+    source = source_of(rows.tracks[rows.table.track[k]])
     return (
         f'  <box label={quote_attribute(labels.name(int(rows.table.class_id[k])))} source="{source}" '
         f'occluded="{int(rows.table.occluded[k])}" xtl="{x1:.2f}" ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" '
@@ -190,13 +182,7 @@ def _scale(node: Node, size: Node | None, file: str, validator: ImportValidator)
         return validator.scale(
             number_attribute(node, "width", file), number_attribute(node, "height", file), file, node.line
         )
-    if size is None:
-        return 1.0, 1.0
-    try:
-        width, height = parse_real(size.value("width")), parse_real(size.value("height"))
-    except ValueError:
-        raise rule_error(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
-    return validator.scale(width, height, file, size.line)
+    return (1.0, 1.0) if size is None else original_scale(size, validator, file)
 
 
 def _read_image(node: Node, frame: int, size: Node | None, file: str, validator: ImportValidator) -> None:
@@ -207,19 +193,12 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
             # Datumaro copies CVAT's marks of the end of a track into pictures.
             continue
         values = attributes_of(child)
-        own_values = tool_values(values)
         stated_uid = (values.get("uid", "") or values.get("track_id", "")).strip()
         uid = stated_uid or f"frame{frame}-{count + 1}"
         if not stated_uid:
             uid = validator.unique_uid(uid, file, child.line)
         label = validator.label(attribute(child, "label", file), file, child.line)
-        score = values.get("score", "").strip()
-        try:
-            value = parse_real(score) if score else math.nan
-        except ValueError:
-            raise rule_error(file, child.line, f"the attribute score must be a number. Got {score[:40]!r}.") from None
-        is_known = uid in validator
-        taken = validator.box(
+        validator.box(
             uid,
             frame,
             box_edges(child, file, validator, scale),
@@ -228,16 +207,10 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
             line=child.line,
             occluded=read_flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
-            score=value,
+            score=read_score(values, file, child),
             attributes=label_values(values, _TOOL_ATTRIBUTES),
+            facts=track_facts(values),
         )
-        if taken and not is_known:
-            validator.describe(
-                uid,
-                state=own_values.get("state", "").strip() or "open",
-                source=own_values.get("source", "").strip() or "imported",
-                notes=notes_from_text(own_values.get("note", ""), frame),
-            )
 
 
 FORMAT = Format(

@@ -9,13 +9,12 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from tsr_engine.exchange.cvat.common import original_scale
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.exchange.xml import Node
-from tsr_engine.io.plain_numbers import parse_real, parse_whole
-
-__all__ = ["Task", "VideoTask", "tasks_of"]
+from tsr_engine.io.plain_numbers import parse_whole
 
 _STEP = re.compile(r"\s*step\s*=\s*(\d+)\s*", re.ASCII)
 
@@ -95,8 +94,9 @@ class VideoTask:
             for task in self._tasks
         ]
         found = choose_parts(parts, validator, file, "task")
-        self._task = found[0].content if found else None
-        frames, stop = validator.target.video.frames, None if self._task is None else self._task.stop
+        self.task = found[0].content if found else Task("", "", "", 1, None, 0, meta.child("original_size"), False)
+        """The task; without a source and a size of its own if the file has none."""
+        frames, stop = validator.target.video.frames, self.task.stop
         if stop is not None and stop >= frames:
             validator.repair(
                 f"{file}: its task ends with frame {stop}, {validator.target.video.name} with {frames - 1}."
@@ -104,18 +104,7 @@ class VideoTask:
         self._task_id = ""
         self.other_count = 0
         """Number of elements of other tasks."""
-        size = self._task.size if self._task is not None else meta.child("original_size")
-        self.scale = (1.0, 1.0) if size is None else _scale(size, validator, file)
-
-    @property
-    def offset(self) -> int:
-        """The number that the file adds to the video's frames."""
-        return 0 if self._task is None else self._task.offset
-
-    @property
-    def step(self) -> int:
-        """The task holds every ``step``-th frame of the video."""
-        return 1 if self._task is None else self._task.step
+        self.scale = (1.0, 1.0) if self.task.size is None else original_scale(self.task.size, validator, file)
 
     def includes(self, node: Node, file: str) -> bool:
         """Whether a track or picture is of the task; ``other_count`` counts those that are not.
@@ -124,7 +113,7 @@ class VideoTask:
             ImportFormatError: it names no task, or one that the file does not have.
         """
         task_id = node.attrib.get("task_id", "")
-        if self._task is None or not self._task.project:
+        if not self.task.project:
             self._task_id = self._task_id or task_id
             if task_id and task_id != self._task_id:
                 rule = (
@@ -136,18 +125,10 @@ class VideoTask:
         if task_id not in {task.id for task in self._tasks} and (task_id or len(self._tasks) > 1):
             rule = f"task_id {task_id[:20]!r} matches no task" if task_id else "it has no task_id"
             raise rule_error(file, node.line, f"{rule} of the project. Export the task of this video alone.")
-        if task_id and task_id != self._task.id:
+        if task_id and task_id != self.task.id:
             self.other_count += 1
             return False
         return True
-
-
-def _scale(size: Node, validator: ImportValidator, file: str) -> tuple[float, float]:
-    try:
-        width, height = parse_real(size.value("width")), parse_real(size.value("height"))
-    except ValueError:
-        raise rule_error(file, size.line, "<original_size> must have a width and a height in px. Correct it.") from None
-    return validator.scale(width, height, file, size.line)
 
 
 def _stop(node: Node) -> int | None:

@@ -7,14 +7,13 @@ decimals; CVAT for video 1.1 is described in ``format-cvat.md`` of CVAT's docume
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
-from tsr_engine.exchange.attributes import frame_values, label_values, tool_values
+from tsr_engine.exchange.attributes import frame_values, label_values, track_facts
 from tsr_engine.exchange.cvat.common import (
     SHAPES,
     TOOL_ATTRIBUTES,
@@ -24,49 +23,49 @@ from tsr_engine.exchange.cvat.common import (
     box_edges,
     declare_labels,
     detect_mode,
+    fact_lines,
     find_files,
     header_lines,
     label_lines,
     read_flag,
+    read_score,
     source_of,
 )
-from tsr_engine.exchange.cvat.tasks import VideoTask
-from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped, Track
-from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch
+from tsr_engine.exchange.cvat.tasks import Task, VideoTask
+from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Switch, Written
 from tsr_engine.exchange.import_validator import SIZE_SWITCH, ImportValidator
 from tsr_engine.exchange.labels import ClassMap, class_map
-from tsr_engine.exchange.notes import notes_from_text, notes_to_text
+from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.pictures import WrittenPicture, frames_with_boxes, wanted_frames, write_pictures
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rounding import round_boxes
-from tsr_engine.exchange.split import SUBSETS, subset_of
+from tsr_engine.exchange.split import names_of_subsets, subset_of
 from tsr_engine.exchange.thinning import key_frames
 from tsr_engine.exchange.video_matching import TASK_SWITCH
 from tsr_engine.exchange.video_names import video_names
 from tsr_engine.exchange.xml import Node, attribute, elements, quote_attribute
-from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.plural import plural
-
-__all__ = ["FORMAT"]
 
 _DECIMALS = 2
 _ROUNDING = 0.5 * 10**-_DECIMALS
 
 
-def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[list[Skipped], JsonObject]:
+def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
     extra = [*(["ignore"] if labels.ignore else []), *(["frame_label"] if labels.changes else [])]
-    subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
+    subsets = names_of_subsets(options.split)
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     pictures: list[WrittenPicture] = []
     parts: list[JsonObject] = []
     done = keys = 0
-    folders = _folders(dataset, subsets)
-    for index, video in enumerate(dataset.videos):
+    for index, (video, video_name) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True)):
+        # A CVAT file holds one video, so several videos need a folder each.
+        folder = "" if len(dataset.videos) == 1 else video_name
         for subset in subsets:
-            name = folders[index, subset]
+            name = folder if len(subsets) == 1 else "_".join(filter(None, (folder, subset)))
             with out.text(f"{name}/annotations.xml" if name else "annotations.xml") as file:
                 file.writelines(
                     header_lines(
@@ -87,28 +86,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> tuple[l
                     options.progress(done, total)
                 file.write("</annotations>\n")
             parts.append({"folder": name, "video": index, "subset": subset, "tracks": number})
-        prefix = next(folders[index, subset] for subset in subsets)
-        pictures += _pictures(video, index, out, prefix if len(subsets) == 1 else _stem(folders, index), options)
+        pictures += _pictures(video, index, out, folder, options)
     entries = {"origin": 0, "decimals": _DECIMALS, "key_frames": keys, "parts": parts, "pictures": pictures}
     return [], entries
-
-
-def _folders(dataset: Dataset, subsets: list[str]) -> dict[tuple[int, str], str]:
-    """Folder of each video and subset; a CVAT file holds one video, so several videos need a folder each."""
-    found: dict[tuple[int, str], str] = {}
-    for index, video_folder in enumerate(video_names(dataset.videos)):
-        for subset in subsets:
-            if len(dataset.videos) == 1:
-                found[index, subset] = "" if len(subsets) == 1 else subset
-            else:
-                found[index, subset] = video_folder if len(subsets) == 1 else f"{video_folder}_{subset}"
-    return found
-
-
-def _stem(folders: dict[tuple[int, str], str], index: int) -> str:
-    """Folder of the pictures of a video with several subsets, beside the subsets' folders."""
-    names = [name for (video_index, _), name in folders.items() if video_index == index]
-    return names[0].rsplit("_", 1)[0] if "_" in names[0] else ""
 
 
 def _pictures(
@@ -131,11 +111,7 @@ def _write_track(
     key = key_frames(track, options.thin_px, rounding=_ROUNDING)
     boxes = round_boxes(track.boxes, _DECIMALS, video.width, video.height).tolist()
     uid = attribute_line("uid", track.uid)
-    track_attributes = (
-        attribute_line("state", track.state)
-        + attribute_line("source", track.source)
-        + attribute_line("note", notes_to_text(track.notes))
-    )
+    track_attributes = fact_lines(track)
     label_attributes = attribute_lines(track.attributes)
     write_all = options.switches.get("rows", "all") == "all"
     frames, occluded, score = track.frames.tolist(), track.occluded.tolist(), track.score.tolist()
@@ -197,14 +173,14 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
     rows = [(child, attributes_of(child)) for child in node.all("box")]
     stated_uid = next((values["uid"] for _, values in rows if values.get("uid", "").strip()), "").strip()
     uid = validator.unique_uid(stated_uid or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
-    first_values: Mapping[str, str] = {}
+    first_values: dict[str, str] = {}
     last_frame = -1
     # FiftyOne marks key frames only for labels that know them. Its other boxes are all stated.
     has_keyframe_flags = any("keyframe" in child.attrib for child, _ in rows)
     for child, values in rows:
         is_key = read_flag(child, "keyframe", file, str(int(not has_keyframe_flags)))
         outside = read_flag(child, "outside", file, "0")
-        frame = _frame(child, file, validator, task, outside=outside)
+        frame = _frame(child, file, validator, task.task, outside=outside)
         if not outside:
             last_frame = max(last_frame, frame)
         if not is_key and "keyframe" in child.attrib:
@@ -212,8 +188,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
         if outside:
             validator.hide_from(uid, frame)
             continue
-        own_values = tool_values(values)
-        first_values = first_values or own_values
+        first_values = first_values or values
         frame_label = values.get("frame_label", "").strip()
         validator.box(
             uid,
@@ -225,33 +200,20 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             key=is_key,
             occluded=read_flag(child, "occluded", file, "0"),
             ignore=values.get("ignore", "").strip().lower() == "true",
-            score=_score(values.get("score", "").strip(), file, child),
+            score=read_score(values, file, child),
             attributes=label_values(values, TOOL_ATTRIBUTES),
         )
-    validator.describe(
-        uid,
-        state=first_values.get("state", "").strip() or "open",
-        source=first_values.get("source", "").strip() or "imported",
-        notes=notes_from_text(first_values.get("note", ""), max(last_frame, 0)),
-        until=last_frame,
-    )
+    state, source, note = track_facts(first_values)
+    notes = notes_from_text(note, max(last_frame, 0))
+    validator.describe(uid, state=state, source=source, notes=notes, until=last_frame)
 
 
-def _frame(node: Node, file: str, validator: ImportValidator, task: VideoTask, *, outside: bool) -> int:
+def _frame(node: Node, file: str, validator: ImportValidator, task: Task, *, outside: bool) -> int:
     value, count = attribute(node, "frame", file), validator.target.video.frames
     # The mark of the end may lie one step of the task after the last frame.
     if outside and value in {str(task.offset + count + extra) for extra in range(task.step)}:
         return count
     return validator.frame(value, file, node.line, origin=task.offset)
-
-
-def _score(value: str, file: str, node: Node) -> float:
-    if not value:
-        return math.nan
-    try:
-        return parse_real(value)
-    except ValueError:
-        raise rule_error(file, node.line, f"the attribute score must be a number. Got {value[:40]!r}.") from None
 
 
 FORMAT = Format(

@@ -7,26 +7,20 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from tsr_engine.exchange.attributes import label_values, parse_attributes, tool_values
+from tsr_engine.exchange.attributes import BOX_NAMES, label_values, parse_attributes, track_facts
+from tsr_engine.exchange.box_rules import Edges, scaled
 from tsr_engine.exchange.dataset import Dataset
-from tsr_engine.exchange.file_listing import list_json_files
+from tsr_engine.exchange.file_listing import head_of, list_json_files
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.json_stream import members, read_members
-from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_sequences import ListedPicture
 from tsr_engine.exchange.reading import rule_error
-from tsr_engine.exchange.rotated_boxes import Edges, bounding_box
+from tsr_engine.exchange.rotated_boxes import bounding_box
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["read_datumaro", "sniff_datumaro"]
-
-_TOOL_ATTRIBUTES = frozenset(
-    {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation", "ignore"}
-)
-"""Attributes that this tool or CVAT writes, which are not a label's."""
 _CATEGORIES = re.compile(rb'"categories"\s*:\s*\{')
 """Older versions, and CVAT's, do not name the format; categories are an object in no other format."""
 
@@ -133,7 +127,6 @@ def _annotation(
         )
     attributes = annotation.get("attributes", {})
     attributes = attributes if isinstance(attributes, dict) else {}
-    own_values = tool_values(attributes)
     track = track_of(attributes.get("track_id"), "track_id", file, where)
     uid = str(attributes.get("uid", "")).strip() or (f"datumaro-{track}" if track is not None else "")
     if not uid:
@@ -145,8 +138,7 @@ def _annotation(
     score = attributes.get("score")
     if score is not None and type(score) not in (int, float):
         raise rule_error(file, where, f"score must be a number. Got {str(score)[:40]!r}.")
-    is_known = uid in validator
-    taken = validator.box(
+    validator.box(
         uid,
         frame,
         validator.boxes.edges(
@@ -159,15 +151,9 @@ def _annotation(
         occluded=attributes.get("occluded") in (True, "true", "True"),
         ignore=attributes.get("ignore") in (True, "true", "True"),
         score=math.nan if score is None else real_of(score, "score", file, where),
-        attributes=parse_attributes(label_values(attributes, _TOOL_ATTRIBUTES), file, where),
+        attributes=parse_attributes(label_values(attributes, BOX_NAMES), file, where),
+        facts=track_facts(attributes),
     )
-    if taken and not is_known:
-        validator.describe(
-            uid,
-            state=str(own_values.get("state", "open")),
-            source=str(own_values.get("source", "imported")),
-            notes=notes_from_text(str(own_values.get("note", "")), frame),
-        )
     return True
 
 
@@ -181,13 +167,12 @@ def _edges(
     edges = (x, y, x + width, y + height)
     if rotation:
         edges = bounding_box(edges, real_of(rotation, "rotation", file, where, in_text=True), validator, file, where)
-    return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]
+    return scaled(edges, scale)
 
 
 def sniff_datumaro(path: Path) -> bool:
     """Whether a file or folder looks like Datumaro's."""
     for file in list_json_files(path)[:1] if path.is_dir() or path.suffix.lower() == ".json" else []:
-        with file.open("rb") as stream:
-            start = stream.read(1 << 14)
+        start = head_of(file)
         return b'"dm_format_version"' in start or _CATEGORIES.search(start) is not None
     return False

@@ -12,17 +12,10 @@ from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.import_validator import SIZE_SWITCH
 from tsr_engine.exchange.labels import UNKNOWN, ClassMap, class_map
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.picture_lists import (
-    IMAGE_SWITCH,
-    PictureList,
-    make_picture_lists,
-    subsets_in,
-    write_listed_pictures,
-)
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, make_picture_lists, write_listed_pictures
 from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import round_to_sizes
-
-__all__ = ["FORMAT"]
+from tsr_engine.exchange.split import names_of_subsets
 
 _DECIMALS = 4
 _STILL_PICTURE = 2
@@ -35,7 +28,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     lists = make_picture_lists(dataset, options, rounding=0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
     done = 0
-    for subset in subsets_in(lists, options):
+    for subset in names_of_subsets(options.split):
         with out.text(f"annotations/{subset}.json") as file:
             file.write(_head(labels))
             comma = ""
@@ -53,6 +46,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
 
 
 def _head(labels: ClassMap) -> str:
+    named = [(each.name, [written_name(one.name) for one in each.attributes]) for each in labels.labels]
+    if labels.unknown:
+        named.append((UNKNOWN, []))
     head = {
         "dm_format_version": "1.0",
         "media_type": _STILL_PICTURE,
@@ -60,17 +56,7 @@ def _head(labels: ClassMap) -> str:
         "categories": {
             "label": {
                 "label_groups": [],
-                "labels": [
-                    *(
-                        {
-                            "name": each.name,
-                            "parent": "",
-                            "attributes": [written_name(one.name) for one in each.attributes],
-                        }
-                        for each in labels.labels
-                    ),
-                    *([{"name": UNKNOWN, "parent": "", "attributes": []}] if labels.unknown else []),
-                ],
+                "labels": [{"name": name, "parent": "", "attributes": attributes} for name, attributes in named],
                 # Datumaro keeps only declared attributes when it converts to other formats.
                 "attributes": ["occluded", "uid", "score", "state", "source", "note", "ignore"],
             },
@@ -84,12 +70,7 @@ def _items(part: PictureList, subset: str, suffix: str, labels: ClassMap) -> Ite
     """The text of each item of a subset."""
     video, rows = part.video, part.rows
     track_fields = [
-        json.dumps(
-            {
-                "track_id": part.first_track + index + 1,
-                **track_attributes(info),
-            },
-        )[1:-1]
+        json.dumps({"track_id": part.first_track + index + 1, **track_attributes(info)})[1:-1]
         for index, info in enumerate(rows.tracks)
     ]
     boxes = round_to_sizes(rows.table.boxes, _DECIMALS, video.width, video.height)

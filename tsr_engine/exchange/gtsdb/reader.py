@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.file_listing import first_row
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_numbering import NumberingScheme
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
@@ -16,8 +18,6 @@ from tsr_engine.exchange.picture_sequences import ListedPicture, read_picture_li
 from tsr_engine.exchange.reading import read_text, rule_error
 from tsr_engine.exchange.truncated_files import last_byte, report_truncated
 from tsr_engine.io.plain_numbers import parse_whole
-
-__all__ = ["GROUND_TRUTH_FILE", "PICTURE_LIST", "read_gtsdb", "sniff_gtsdb"]
 
 GROUND_TRUTH_FILE = "gt.txt"
 PICTURE_LIST = "pictures.txt"
@@ -83,7 +83,7 @@ def _read_row(
     loose.add(frame, edges, validator.label(benchmark_keys()[label], file, line), file=file, line=line)
 
 
-def _edges(cells: list[str], extra: int, file: str, line: int) -> tuple[float, float, float, float]:
+def _edges(cells: list[str], extra: int, file: str, line: int) -> Edges:
     left, top, right, bottom = (_whole(cell, cells, file, line) for cell in cells[1:5])
     if min(left, top) < 0 or max(left, top, right, bottom) > 1_000_000:
         raise rule_error(file, line, f"corners must be pixels from 0. Got {left};{top};{right};{bottom}.")
@@ -110,8 +110,6 @@ def sniff_gtsdb(path: Path) -> bool:
     if is_wrapper(path):
         return False
     for file in _files(path)[:1] if path.is_dir() or path.suffix.lower() in (".txt", ".csv") else []:
-        with file.open("rb") as stream:
-            start = stream.read(1 << 12).decode("latin-1")
-        line = next((part for part in start.splitlines() if part.strip()), "")
+        line = first_row(file)
         return line.count(";") == 5 and "Roi" not in line if line else (file.parent / PICTURE_LIST).is_file()
     return False

@@ -8,18 +8,11 @@ from tsr_engine.exchange.gtsdb.reader import GROUND_TRUTH_FILE, PICTURE_LIST, re
 from tsr_engine.exchange.labels import benchmark_numbers
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.picture_lists import (
-    IMAGE_SWITCH,
-    PictureList,
-    make_picture_lists,
-    subsets_in,
-    write_listed_pictures,
-)
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, make_picture_lists, write_listed_pictures
 from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import round_to_pixels
+from tsr_engine.exchange.split import names_of_subsets
 from tsr_engine.plural import plural
-
-__all__ = ["FORMAT"]
 
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
@@ -29,7 +22,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     lists = make_picture_lists(dataset, options)
     total = sum(len(part.frames) for part in lists)
     done = ignored = unknown = 0
-    for subset in subsets_in(lists, options):
+    for subset in names_of_subsets(options.split):
         prefix = f"{subset}/" if options.split else ""
         with (
             out.text(prefix + GROUND_TRUTH_FILE, encoding="ascii") as ground_truth,

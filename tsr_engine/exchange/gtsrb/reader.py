@@ -15,8 +15,7 @@ from tsr_engine.exchange.truncated_files import last_byte, report_truncated
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.io.gtsrb import table_rows
 from tsr_engine.io.plain_numbers import parse_whole
-
-__all__ = ["SIDECAR", "SIDECAR_COLUMNS", "read_crops", "sniff_crops"]
+from tsr_engine.plural import plural
 
 SIDECAR = "crops.csv"
 SIDECAR_COLUMNS = ("file", "video", "video_sha256", "frame", "left", "top", "picture_sha256")
@@ -38,7 +37,8 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
             "export from this tool again.",
         )
     tables: dict[str, tuple[str, int, tuple[int, ...]]] = {}
-    for table in sorted(root.rglob("GT-*.csv")):
+    table_files = sorted(root.rglob("GT-*.csv"))
+    for table in table_files:
         _read_table(table, root, tables)
     validator = ImportValidator(target)
     video = target.video
@@ -49,13 +49,8 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
         for key in names
     ]
     videos = {part.content for part in choose_parts(parts, validator, SIDECAR, "video", merge=True)}
-    report_truncated(
-        (
-            (path.relative_to(root).as_posix(), last_byte(path))
-            for path in (root / SIDECAR, *sorted(root.rglob("GT-*.csv")))
-        ),
-        validator,
-    )
+    files = (root / SIDECAR, *table_files)
+    report_truncated(((file.relative_to(root).as_posix(), last_byte(file)) for file in files), validator)
     others = missing = 0
     for entry in sidecar_rows:
         if (entry.format_cells["video"], entry.format_cells["video_sha256"]) not in videos:
@@ -70,27 +65,14 @@ def read_crops(path: Path, target: ImportTarget) -> Dataset:
             raise rule_error(file, line, f"class {label} must be 0 to {len(benchmark_keys()) - 1}. Correct it.")
         frame = validator.frame(entry.format_cells["frame"], SIDECAR, entry.line)
         left, top = (_whole(entry.format_cells[name], name, SIDECAR, entry.line) for name in ("left", "top"))
-        is_known = entry.uid in validator
-        taken = validator.box(
-            entry.uid,
-            frame,
-            (left + x1, top + y1, left + x2, top + y2),
-            validator.label(benchmark_keys()[label], file, line),
-            file=file,
-            line=line,
-            key=entry.key,
-            occluded=entry.occluded,
-            score=entry.score,
-            attributes=entry.attributes,
-        )
-        if taken and (entry.note or not is_known):
-            entry.describe(validator, frame)
+        edges = (left + x1, top + y1, left + x2, top + y2)
+        entry.add(validator, frame, edges, validator.label(benchmark_keys()[label], file, line), file, line)
     if others:
-        validator.skip(f"{others} crops", f"They are from another video than {video.name}.")
+        validator.skip(plural(others, "crop"), f"They are from another video than {video.name}.")
     if missing:
-        validator.skip(f"{missing} crops of {SIDECAR}", "No table GT-*.csv lists them.")
+        validator.skip(f"{plural(missing, 'crop')} of {SIDECAR}", "No table GT-*.csv lists them.")
     if len(names) == 1 and tables:
-        validator.skip(f"{len(tables)} crops", f"{SIDECAR} does not say where they were cut out.")
+        validator.skip(plural(len(tables), "crop"), f"{SIDECAR} does not say where they were cut out.")
     return validator.finish(SIDECAR)
 
 

@@ -20,8 +20,6 @@ from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN, TRACK_COLUMNS, Sideca
 from tsr_engine.exchange.split import subset_of
 from tsr_engine.exchange.video_matching import TASK_SWITCH
 
-__all__ = ["BORDER_SHARE", "FORMAT", "MIN_BORDER_PX", "crop_with_border"]
-
 BORDER_SHARE = 0.1
 """Border as a share of the sign's side."""
 MIN_BORDER_PX = 5
@@ -48,12 +46,7 @@ def crop_with_border(
     left, top, right, bottom = x1 - border_x, y1 - border_y, x2 + border_x, y2 + border_y
     inside = picture[max(top, 0) : min(bottom, height), max(left, 0) : min(right, width)]
     crop = cv2.copyMakeBorder(
-        inside,
-        max(-top, 0),
-        max(bottom - height, 0),
-        max(-left, 0),
-        max(right - width, 0),
-        cv2.BORDER_REPLICATE,
+        inside, max(-top, 0), max(bottom - height, 0), max(-left, 0), max(right - width, 0), cv2.BORDER_REPLICATE
     )
     return np.asarray(crop, dtype=np.uint8), (border_x, border_y, border_x + x2 - x1, border_y + y2 - y1)
 

@@ -9,8 +9,6 @@ from tsr_engine.exchange.reading import read_text, rule_error
 from tsr_engine.exchange.yolo.class_names import MAX_YAML_BYTES, quoted_name, read_class_names
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["read_names", "read_yaml_names", "write_names", "write_yaml_names"]
-
 
 def read_names(path: Path, key: str, name: str) -> FileLabels:
     """Read one name per line; the number is the line's index from 0.
@@ -19,10 +17,7 @@ def read_names(path: Path, key: str, name: str) -> FileLabels:
         ImportFormatError: an empty line between names; names the line.
     """
     collector = LabelCollector(path.name)
-    lines = read_text(path, limit=MAX_YAML_BYTES).splitlines()
-    while lines and not lines[-1].strip():
-        lines.pop()
-    for number, line in enumerate(lines):
+    for number, line in enumerate(read_text(path, limit=MAX_YAML_BYTES).rstrip().splitlines()):
         if not line.strip():
             raise rule_error(path.name, number + 1, "is empty; every line must have a name. Add one.")
         collector.add(line, number + 1, number)

@@ -11,8 +11,6 @@ from tsr_engine.exchange.label_files.label_collector import FileLabels, LabelCol
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.labels.model import Category, LabelSet
 
-__all__ = ["read_categories", "write_categories"]
-
 _CATEGORIES = frozenset(get_args(Category))
 
 

@@ -14,8 +14,6 @@ from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Attribute, LabelSet
 
-__all__ = ["MAX_BYTES", "read_cvat_labels", "write_cvat_labels"]
-
 MAX_BYTES: Final = 16 << 20
 _COLOUR = re.compile("#[0-9a-f]{6}")
 _UNLIMITED: Final = 10**9
@@ -86,10 +84,8 @@ def _attribute_fields(each: JsonObject, label: str, where: str, collector: Label
     if not isinstance(values, list) or kind not in ("checkbox", "select", "radio", "number", "text"):
         rule = "an attribute must have the input_type checkbox, select, radio, number or text, and a list of values."
         raise rule_error(collector.file, where, rule)
-    values, fields = (
-        [str(value) for value in values],
-        {"name": each.get("name"), "mutable": each.get("mutable") is True},
-    )
+    values = [str(value) for value in values]
+    fields = {"name": each.get("name"), "mutable": each.get("mutable") is True}
     default = None if default is None or default == "" else default
     if kind == "checkbox":
         checked = None if default is None else str(default).lower() == "true"

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from tsr_engine.errors import UsageError
+from tsr_engine.exchange.file_listing import head_of
 from tsr_engine.exchange.label_files.class_names import read_names, read_yaml_names, write_names, write_yaml_names
 from tsr_engine.exchange.label_files.coco_categories import read_categories, write_categories
 from tsr_engine.exchange.label_files.cvat_labels import read_cvat_labels, write_cvat_labels
@@ -16,10 +17,6 @@ from tsr_engine.exchange.label_files.label_config import read_label_config, writ
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.labels.files import dump_set, load_set
 from tsr_engine.labels.model import LabelSet
-
-__all__ = ["LABEL_FORMATS", "LabelFormat", "format_of", "read_labels", "write_labels"]
-
-_HEAD: Final = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,20 +88,14 @@ LABEL_FORMATS: Final = {
 """Every format by its id."""
 
 
-def format_of(path: Path, file: str = "") -> str:
+def format_of(path: Path) -> str:
     """Recognise the format of a file by its content and name.
-
-    Args:
-        path: the file.
-        file: original name of the file; empty: that of ``path``.
 
     Raises:
         ImportFormatError: the file cannot be read, or has no known format.
     """
-    file = (file or path.name).lower()
     try:
-        with path.open("rb") as stream:
-            head = stream.read(_HEAD).removeprefix(b"\xef\xbb\xbf").lstrip()
+        head = head_of(path, 1 << 16).removeprefix(b"\xef\xbb\xbf").lstrip()
     except OSError as error:
         raise rule_error(path.name, None, f"cannot be read: {error.strerror}.") from None
     if not head:
@@ -116,7 +107,7 @@ def format_of(path: Path, file: str = "") -> str:
         return "tsr" if is_own_format or (b'"labels"' in head and b'"categories"' not in head) else "coco"
     if head.startswith(b"<"):
         return "label-studio"
-    if file.endswith((".yaml", ".yml")) or any(line.startswith(b"names:") for line in head.splitlines()):
+    if path.name.lower().endswith((".yaml", ".yml")) or any(line.startswith(b"names:") for line in head.splitlines()):
         return "yaml"
     if b"\0" in head:
         raise rule_error(path.name, None, f"is not a file of labels. Known formats are {', '.join(LABEL_FORMATS)}.")
@@ -136,10 +127,7 @@ def read_labels(path: Path, key: str, name: str, format: str | None = None) -> F
         UsageError: the format is unknown.
         InputError: the file breaks a rule of its format; names the file and the place.
     """
-    chosen = format_of(path) if format is None else format
-    if chosen not in LABEL_FORMATS:
-        raise UsageError(f"Expected a format of labels, one of {', '.join(LABEL_FORMATS)}. Got {chosen!r}.")
-    return LABEL_FORMATS[chosen].read(path, key, name)
+    return _format_named(format_of(path) if format is None else format).read(path, key, name)
 
 
 def write_labels(labels: LabelSet, format: str) -> str:
@@ -148,6 +136,10 @@ def write_labels(labels: LabelSet, format: str) -> str:
     Raises:
         UsageError: the format is unknown.
     """
-    if format not in LABEL_FORMATS:
-        raise UsageError(f"Expected a format of labels, one of {', '.join(LABEL_FORMATS)}. Got {format!r}.")
-    return LABEL_FORMATS[format].write(labels)
+    return _format_named(format).write(labels)
+
+
+def _format_named(name: str) -> LabelFormat:
+    if name not in LABEL_FORMATS:
+        raise UsageError(f"Expected a format of labels, one of {', '.join(LABEL_FORMATS)}. Got {name!r}.")
+    return LABEL_FORMATS[name]

@@ -13,8 +13,6 @@ from tsr_engine.labels.changes import key_of
 from tsr_engine.labels.model import MAX_LABELS, Attribute, Label, LabelSet
 from tsr_engine.labels.name_matching import comparable, first_problem
 
-__all__ = ["FileLabels", "LabelCollector", "RefusedName"]
-
 _MAX_NUMBER = 2**31 - 1
 
 

@@ -14,8 +14,6 @@ from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.xml import Node, attribute, elements, number_attribute, quote_attribute
 from tsr_engine.labels.model import Attribute, Label, LabelSet
 
-__all__ = ["MAX_BYTES", "read_label_config", "write_label_config"]
-
 MAX_BYTES: Final = 16 << 20
 _CONTROL_KINDS: Final = {"Choices": "select", "Number": "number", "TextArea": "text"}
 _RGBA: Final = re.compile(r"^\s*rgba\((.*),[^,]*\)\s*$")
@@ -48,12 +46,10 @@ def read_label_config(path: Path, key: str, name: str) -> FileLabels:
     control_attributes = [found for node in controls if (found := _read_control(node, collector)) is not None]
     for entry in entries:
         value = attribute(entry, "value", path.name)
-        attributes: list[Attribute] = []
-        for attribute_of_control, label_names in control_attributes:
-            if (label_names is _ALL_LABELS or value in label_names) and attribute_of_control.name not in {
-                each.name for each in attributes
-            }:
-                attributes.append(attribute_of_control)
+        attributes: dict[str, Attribute] = {}
+        for each, label_names in control_attributes:
+            if label_names is _ALL_LABELS or value in label_names:
+                attributes.setdefault(each.name, each)
         alias = entry.attrib.get("alias", "").strip()
         collector.add(
             value,
@@ -61,7 +57,7 @@ def read_label_config(path: Path, key: str, name: str) -> FileLabels:
             aliases=(alias,) if alias else (),
             colour=_colour(entry, collector),
             pinned=_digit(entry, collector),
-            attributes=tuple(attributes),
+            attributes=tuple(attributes.values()),
         )
     return collector.finish(key, name)
 
@@ -103,10 +99,7 @@ def _read_control(node: Node, collector: LabelCollector) -> tuple[Attribute, fro
             f"{collector.file}, line {node.line}: {name!r} allows several answers; an attribute has one. Left out."
         )
         return None
-    fields: dict[str, object] = {
-        "name": name,
-        "kind": {"Choices": "select", "Number": "number", "TextArea": "text"}[node.tag],
-    }
+    fields: dict[str, object] = {"name": name, "kind": _CONTROL_KINDS[node.tag]}
     if node.tag == "Choices":
         choices = [entry for entry in _descendants(node) if entry.tag == "Choice"]
         fields["values"] = tuple(attribute(entry, "value", collector.file) for entry in choices)
@@ -176,12 +169,9 @@ def _write_control(attribute_of_labels: Attribute, label_names: list[str], label
         limit_texts = {name: None if value is None else f"{float(value):.10g}" for name, value in limits.items()}
         return [f"  <Number{_xml_attributes({**xml_attributes, **limit_texts})}/>"]
     values = ("true", "false") if attribute_of_labels.kind == "checkbox" else attribute_of_labels.values
-    default = (
-        str(attribute_of_labels.default).lower()
-        if attribute_of_labels.kind == "checkbox"
-        else attribute_of_labels.default
-    )
-    rows = [_xml_attributes({"value": value, "selected": "true" if value == default else None}) for value in values]
+    default = attribute_of_labels.default
+    selected = str(default).lower() if attribute_of_labels.kind == "checkbox" else default
+    rows = [_xml_attributes({"value": value, "selected": "true" if value == selected else None}) for value in values]
     return [
         f"  <Choices{_xml_attributes({**xml_attributes, 'choice': 'single'})}>",
         *(f"    <Choice{row}/>" for row in rows),

@@ -22,8 +22,6 @@ from tsr_engine.exchange.xml import elements, quote_attribute
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.model import Attribute, AttributeValue
 
-__all__ = ["CONFIG_FILE", "answers_of", "controls", "declare_controls", "results"]
-
 CONFIG_FILE = "label_config.xml"
 _RESERVED_NAMES = frozenset({"box", "video", "videoLabels"})
 """Names of the configuration's own tags."""

@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo
+from tsr_engine.exchange.file_listing import head_of
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.label_studio.controls import answers_of, declare_controls
@@ -14,8 +15,6 @@ from tsr_engine.exchange.reading import read_json, rule_error
 from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts, name_in, name_similarity
 from tsr_engine.json_shapes import JsonObject
-
-__all__ = ["TASK_FILES", "read_label_studio", "sniff_label_studio"]
 
 TASK_FILES = ("tasks.json", *(f"tasks_{name}.json" for name in SUBSETS))
 _NON_ADDRESS_KEYS = frozenset({"video", "sha256", "subset"})
@@ -44,9 +43,9 @@ def read_label_studio(path: Path, target: ImportTarget) -> Dataset:
         raise rule_error(path.name, None, "has no JSON file. Export as JSON from Label Studio again.")
     parts = [part for file in files for part in _tasks(file, video)]
     declare_controls(path if path.is_dir() else path.parent, validator)
-    for part in choose_parts(
-        parts, validator, files[0].name if len(files) == 1 else path.name, "task", merge=_all_have_hashes(parts)
-    ):
+    # The subsets of a split are tasks of one video, which name it by its hash.
+    merge = all(part.is_match is not None for part in parts)
+    for part in choose_parts(parts, validator, files[0].name if len(files) == 1 else path.name, "task", merge=merge):
         task, file_name, where = part.content
         if not part.name and part.is_match is None:
             validator.repair(
@@ -102,11 +101,6 @@ def _part(task: JsonObject, file: str, where: str, video: DatasetVideo) -> Video
         ids=(str(task["id"]),) if isinstance(task.get("id"), (int, str)) else (),
         is_match=digest == video.sha256 if digest and video.sha256 else None,
     )
-
-
-def _all_have_hashes(parts: list[VideoPart[tuple[JsonObject, str, str]]]) -> bool:
-    """Whether all tasks of the video name it by its hash: the subsets of a split are tasks of one video."""
-    return all(part.is_match is not None for part in parts)
 
 
 def _annotations(task: JsonObject) -> list[JsonObject]:
@@ -176,8 +170,7 @@ def sniff_label_studio(path: Path) -> bool:
     Unreadable files count, so that the reader can report them.
     """
     for file in _files(path)[:1] if path.is_dir() else [path]:
-        with file.open("rb") as stream:
-            start = stream.read(1 << 16)
+        start = head_of(file, 1 << 16)
         if file.suffix.lower() in (".csv", ".tsv"):
             head = start.split(b"\n", 1)[0].decode("utf-8-sig", "replace").strip()
             return any(set(next(csv.reader([head], delimiter=mark), [])) >= _TABLE_COLUMNS for mark in ",\t")

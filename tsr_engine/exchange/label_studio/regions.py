@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from functools import partial
 
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.dataset import UNSTATED_LABEL
 from tsr_engine.exchange.ids import is_number
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.json_shapes import JsonMapping, JsonObject
-
-__all__ = ["TimeCheck", "as_list", "is_rectangle", "read_region", "target_object"]
 
 
 def target_object(region: object) -> str:
@@ -143,7 +142,7 @@ def read_region(
     )
 
 
-def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -> tuple[float, float, float, float]:
+def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -> Edges:
     video = validator.target.video
     x, y, width, height = (
         _number(key, name, file, where) / 100 * side
@@ -190,7 +189,7 @@ def _number(key: JsonObject, name: str, file: str, where: str) -> float:
         raise rule_error(file, where, f"{name} is too large. Correct it.") from None
 
 
-def _upright(x: float, y: float, width: float, height: float, rotation: float) -> tuple[float, float, float, float]:
+def _upright(x: float, y: float, width: float, height: float, rotation: float) -> Edges:
     """The upright box around a box that is rotated about its upper left corner, clockwise in degrees."""
     cos, sin = math.cos(math.radians(rotation)), math.sin(math.radians(rotation))
     corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)]

@@ -15,7 +15,7 @@ from tsr_engine.exchange.label_studio.reader import read_label_studio, sniff_lab
 from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink, compact_json
-from tsr_engine.exchange.split import SUBSETS, subset_of
+from tsr_engine.exchange.split import names_of_subsets, subset_of
 from tsr_engine.exchange.thinning import key_frames, run_bounds
 from tsr_engine.exchange.video_matching import TASK_SWITCH
 from tsr_engine.exchange.video_names import safe_stem, video_names
@@ -23,8 +23,6 @@ from tsr_engine.exchange.xml import quote_attribute
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.plural import plural
 from tsr_engine.version import __version__
-
-__all__ = ["FORMAT"]
 
 _DECIMALS = 6
 
@@ -36,21 +34,17 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         _constant_rate(video)
     dataset, ignored = without_ignored(dataset)
     labels = class_map(dataset, options.used_labels)
-    subsets: list[str | None] = [None]
-    if options.split:
-        subsets = [name for name in SUBSETS if name in set(options.split.values())]
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     done = keys = lost_scores = occluded = 0
-    for subset in subsets:
-        name = "tasks.json" if subset is None else f"tasks_{subset}.json"
-        with out.text(name) as file:
+    for subset in names_of_subsets(options.split):
+        with out.text(f"tasks_{subset}.json" if options.split else "tasks.json") as file:
             file.write("[")
             for index, (video, export_name) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True)):
                 rate = _constant_rate(video)
                 file.write(("," if index else "") + "\n" + _task_head(video, export_name, rate, subset, options))
                 comma = ""
                 for track in video.tracks():
-                    if subset is not None and subset_of(video, track.uid, options.split) != subset:
+                    if subset_of(video, track.uid, options.split) != subset:
                         continue
                     region, count = _region(track, video, rate, labels, options)
                     texts = [region, *map(compact_json, results(track, labels))]
@@ -96,11 +90,11 @@ def _constant_rate(video: DatasetVideo) -> float:
     return float(video.rate)
 
 
-def _task_head(video: DatasetVideo, export_name: str, rate: float, subset: str | None, options: ExportOptions) -> str:
+def _task_head(video: DatasetVideo, export_name: str, rate: float, subset: str, options: ExportOptions) -> str:
     # Label Studio finds a video by its name alone, so two videos of one name must be told apart.
     file_name = video.name if export_name == safe_stem(video.name) else export_name + Path(video.name).suffix
     data: JsonObject = {"video": file_name, "fps": rate, "sha256": video.sha256}
-    if subset is not None:
+    if options.split:
         data["subset"] = subset
     kind = options.switches.get("as", "predictions")
     head = {"model_version": f"tsr-{__version__}"} if kind == "predictions" else {"was_cancelled": False}

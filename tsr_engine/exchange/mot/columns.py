@@ -20,8 +20,6 @@ from dataclasses import dataclass
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.plural import plural
 
-__all__ = ["COLUMNS_SWITCH", "MIN_VISIBILITY", "SCORES_SWITCH", "VISDRONE", "Columns", "Row", "Rows", "find_columns"]
-
 COLUMNS_SWITCH = Switch(
     "columns",
     ("auto", "truth", "boxmot", "results", "visdrone"),
@@ -32,18 +30,8 @@ SCORES_SWITCH = Switch(
     "scores", ("refuse", "drop"), "Scores outside 0 to 1, as MOTChallenge's detectors write them: leave them out."
 )
 VISDRONE = (
-    "ignored regions",
-    "pedestrian",
-    "people",
-    "bicycle",
-    "car",
-    "van",
-    "truck",
-    "tricycle",
-    "awning-tricycle",
-    "bus",
-    "motor",
-    "others",
+    *("ignored regions", "pedestrian", "people", "bicycle", "car", "van", "truck", "tricycle", "awning-tricycle"),
+    *("bus", "motor", "others"),
 )
 """Names of VisDrone's categories, from 0."""
 _COLUMN_COUNTS = {"truth": (9,), "boxmot": (9,), "results": (7, 10), "visdrone": (10,)}

@@ -9,7 +9,9 @@ from functools import partial
 from pathlib import Path
 
 from tsr_engine.exchange.attributes import parse_attributes
+from tsr_engine.exchange.box_rules import Edges, scaled
 from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.file_listing import first_row
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.import_validator import ImportValidator
@@ -24,8 +26,6 @@ from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN, finite_number, read_r
 from tsr_engine.exchange.truncated_files import last_byte, report_truncated
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.labels.model import AttributeValue
-
-__all__ = ["SIDECAR", "SIDECAR_COLUMNS", "read_mot", "sniff_mot"]
 
 SIDECAR = "tracks.csv"
 SIDECAR_COLUMNS = ("id", "uid", "state", "source", "note")
@@ -82,23 +82,12 @@ def _read_sequence(
     rows: list[tuple[int, Row]] = []
     broken: dict[int, list[str]] = {}
     for line, cells in _rows(sequence.rows, file):
-        values_without_box = tuple(
-            math.nan if at in _BOX_COLUMNS else _real(cell, at, file, line) for at, cell in enumerate(cells)
-        )
+        row = [math.nan if at in _BOX_COLUMNS else _real(cell, at, file, line) for at, cell in enumerate(cells)]
         try:
-            rows.append(
-                (
-                    line,
-                    (
-                        *values_without_box[:2],
-                        *(parse_real(cells[at]) for at in _BOX_COLUMNS),
-                        *values_without_box[6:],
-                    ),
-                )
-            )
+            row[2:6] = map(parse_real, cells[2:6])
         except ValueError:
-            rows.append((line, values_without_box))
             broken[line] = cells
+        rows.append((line, tuple(row)))
     if not rows:
         return
     if not origins.frame.decided:
@@ -136,11 +125,11 @@ def _read_sequence(
 
 def _edges(
     values: Row, broken: list[str] | None, origin: int, scale: tuple[float, float], file: str, line: int
-) -> tuple[float, float, float, float]:
+) -> Edges:
     """Edges of a row; ``broken`` holds its cells if one of the box is not a number."""
     x, y, w, h = values[2:6] if broken is None else (_real(broken[at], at, file, line) for at in _BOX_COLUMNS)
     x, y = x - origin, y - origin
-    return x * scale[0], y * scale[1], (x + w) * scale[0], (y + h) * scale[1]
+    return scaled((x, y, x + w, y + h), scale)
 
 
 def _zero_is_an_id(rows: Rows) -> bool:
@@ -234,12 +223,9 @@ def sniff_mot(path: Path) -> bool:
 
 
 def _looks_like_rows(path: Path) -> bool:
-    with path.open("rb") as stream:
-        start = stream.read(1 << 12)
-    line = next((part for part in start.decode("latin-1").splitlines() if part.strip()), "")
-    cells = _cells(line)
+    line = first_row(path)
     try:
-        values = [parse_real(cell) for cell in cells]
+        values = [parse_real(cell) for cell in _cells(line)]
     except ValueError:
         return False
     # Rows of YOLO polygons have spaces too, but their second number is a relative coordinate.

@@ -9,8 +9,6 @@ from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.mot.columns import MIN_VISIBILITY, VISDRONE, Columns, Row
 from tsr_engine.exchange.reading import rule_error
 
-__all__ = ["LABELS_FILE", "RowValues"]
-
 LABELS_FILE = "labels.txt"
 """The list of class names beside the rows."""
 _MOSTLY_OCCLUDED = 2

@@ -13,15 +13,14 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.mot.row_values import LABELS_FILE
 from tsr_engine.exchange.nearby_manifest import is_named_after
-from tsr_engine.exchange.reading import read_text, rule_error
+from tsr_engine.exchange.reading import read_names, read_text, rule_error
+from tsr_engine.exchange.split import SUBSETS
 from tsr_engine.exchange.video_matching import name_similarity
 from tsr_engine.exchange.video_names import safe_stem
 from tsr_engine.io.plain_numbers import parse_real
-
-__all__ = ["SequenceFiles", "class_names", "find_sequences", "picture_scale"]
+from tsr_engine.plural import plural
 
 _SEQUENCE_FILE = "seqinfo.ini"
-_SUBSETS = ("train", "val", "test")
 _GENERIC_NAME = re.compile(
     "(?:^|[^a-z])(?:gt|det|mot|track|result|out|pred|label|annot|export|data|row|box|truth|tmp|file|train|val|test)",
     re.I,
@@ -61,7 +60,7 @@ def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles
     names = {part: part.parent.parent.name for part in parts}
     matching = [
         part for part in parts if name_similarity(names[part], video) or is_named_after(path, video, names[part])
-    ] or [part for part in parts if part.parent.parent.parent == path and names[part] in _SUBSETS]
+    ] or [part for part in parts if part.parent.parent.parent == path and names[part] in SUBSETS]
     if not matching and len(parts) == 1:
         matching = parts
         if not _GENERIC_NAME.search(names[parts[0]]):
@@ -74,7 +73,8 @@ def find_sequences(path: Path, validator: ImportValidator) -> list[SequenceFiles
     others = [name for part, name in names.items() if part not in matching]
     if others:
         validator.skip(
-            f"{path.name}: {len(others)} sequences", f"They are not about {video.name}: {', '.join(others[:8])}."
+            f"{path.name}: {plural(len(others), 'sequence')}",
+            f"They are not about {video.name}: {', '.join(others[:8])}.",
         )
     return [SequenceFiles(part.parent.parent, part) for part in matching]
 
@@ -90,10 +90,7 @@ def class_names(sequence: SequenceFiles) -> list[str] | None:
     """Class names from the file beside the rows; None: there is no file."""
     for path in (sequence.rows.parent / LABELS_FILE, sequence.root / "gt" / LABELS_FILE, sequence.root / LABELS_FILE):
         if path.is_file():
-            names = [line.strip() for line in read_text(path, limit=1 << 24).splitlines()]
-            while names and not names[-1]:
-                names.pop()
-            return names
+            return read_names(path)
     return None
 
 

@@ -22,31 +22,30 @@ from tsr_engine.exchange.picture_lists import IMAGE_SWITCH
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames, write_pictures
 from tsr_engine.exchange.rounding import round_boxes
 from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN
-from tsr_engine.exchange.split import SUBSETS, subset_of, subsets_of_frames
+from tsr_engine.exchange.split import names_of_subsets, subset_of, subsets_of_frames
 from tsr_engine.exchange.track_numbers import track_numbers
 from tsr_engine.exchange.video_names import safe_stem, video_names
 from tsr_engine.json_shapes import JsonObject
-
-__all__ = ["FORMAT"]
 
 _DECIMALS = 2
 
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     labels = class_map(dataset, options.used_labels)
-    subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else [""]
     origin = int(options.switches.get("origin", "0"))
     total = sum(1 for video in dataset.videos for _ in video.tracks())
     pictures: list[WrittenPicture] = []
     skipped: list[Skipped] = []
     sequences: list[JsonObject] = []
     done = 0
-    for index, (video, stem) in enumerate(zip(dataset.videos, _folders(dataset), strict=True)):
+    # A single video needs no folder.
+    folders = [""] if len(dataset.videos) == 1 else video_names(dataset.videos)
+    for index, (video, folder) in enumerate(zip(dataset.videos, folders, strict=True)):
         if video.rate is None:
             skipped.append(Skipped(f"{video.name}: frame rate", "It is not known; seqinfo.ini needs one and says 25."))
-        for subset in subsets:
-            name = "/".join(part for part in (subset, stem) if part)
-            only = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) == (subset or "default")}
+        for subset in names_of_subsets(options.split):
+            name = "/".join(filter(None, (subset if options.split else "", folder)))
+            only = {t.uid for t in video.tracks() if subset_of(video, t.uid, options.split) == subset}
             rows = rows_by_frame(video, only=only)
             _write_sequence(
                 out, f"{name}/" if name else "", video, rows, labels, origin, name or safe_stem(video.name), options
@@ -64,11 +63,6 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         "pictures": pictures,
     }
     return skipped, entries
-
-
-def _folders(dataset: Dataset) -> list[str]:
-    """Folder of each video; a single video needs none."""
-    return [""] if len(dataset.videos) == 1 else video_names(dataset.videos)
 
 
 def _write_sequence(
@@ -142,7 +136,7 @@ def _pictures(
     if options.pictures == "none":
         return []
     frames = wanted_frames(video, rows.frames, options.pictures)
-    if subset and len(frames):
+    if options.split and len(frames):
         names, subset_of_frame = subsets_of_frames(video, options.split)
         frames = frames[subset_of_frame[frames] == names.index(subset)]
     base = f"{name}/img1" if name else "img1"

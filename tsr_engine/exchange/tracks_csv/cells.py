@@ -6,12 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import get_args
 
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.table_columns import edges_of
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.records import Source
-
-__all__ = ["check_pixels", "differ", "read_edges", "read_flag", "read_number", "read_score", "read_uid"]
 
 _LOG_ODDS_SOURCES = frozenset(get_args(Source))
 """Sources in rows of ``tsr track --csv``."""
@@ -25,7 +24,7 @@ def differ(one: str, other: str) -> bool:
         return False
 
 
-def read_edges(cells: Mapping[str, str], is_own_table: bool, file: str, line: int) -> tuple[float, float, float, float]:
+def read_edges(cells: Mapping[str, str], is_own_table: bool, file: str, line: int) -> Edges:
     """Read the edges of the box, px.
 
     Raises:
@@ -51,9 +50,7 @@ def read_edges(cells: Mapping[str, str], is_own_table: bool, file: str, line: in
     return edges if is_own_table else check_pixels(edges, file, line)
 
 
-def check_pixels(
-    edges: tuple[float, float, float, float], file: str, line: int | str
-) -> tuple[float, float, float, float]:
+def check_pixels(edges: Edges, file: str, line: int | str) -> Edges:
     """Return a box in px; a box within the first pixel has relative coordinates.
 
     Raises:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.attributes import parse_attributes
 from tsr_engine.exchange.dataset import UNSTATED_LABEL, Dataset, DatasetVideo
+from tsr_engine.exchange.file_listing import head_of
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.import_validator import ImportValidator
@@ -38,15 +40,13 @@ from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["CLASS_NUMBERS_REPORT", "files_of_video", "read_tracks_csv", "sniff_tracks_csv"]
-
 CLASS_NUMBERS_REPORT = "The class numbers of rows without a class name were taken as the tool's"
 _SOURCES = frozenset({"engine", "corrected", "human", "truth", "imported"})
 _TEXT_COLUMNS = frozenset({"uid", "note"})
 _OPTIONAL_COLUMNS = frozenset({"track", "score", "visibility", "occluded", "ignore", "key"})
 """Cells that may be words for a missing value."""
 _NO_SCORE = frozenset({"-1", "-1.0"})
-"""MOTChallenge's value for a missing class."""
+"""MOTChallenge's value for a missing score."""
 _MIN_VISIBILITY = 0.5
 
 
@@ -95,6 +95,8 @@ class _Table:
 
     def __init__(self, path: Path, formulas_quoted: bool, validator: ImportValidator, loose: UntrackedBoxes) -> None:
         self._path = path
+        # The mark that the header has most of.
+        self._delimiter = max(",;\t", key=_first_line(path).count)
         self._name = path.name
         self._formulas_quoted = formulas_quoted
         self._validator = validator
@@ -106,7 +108,7 @@ class _Table:
     def read(self) -> None:
         """Take all rows."""
         header_read = False
-        for line, cells in read_rows(self._path, (), delimiter=_delimiter(self._path)):
+        for line, cells in read_rows(self._path, (), delimiter=self._delimiter):
             if not header_read:
                 header_read = True
                 self._columns = self._columns_of(cells)
@@ -116,7 +118,7 @@ class _Table:
             if self._video is None or cells[self._columns.named["video"]] == self._video:
                 self._add_row(self._named_cells(cells), cells, line)
         if not header_read:
-            self._columns_of(dict.fromkeys(read_header(self._path, delimiter=_delimiter(self._path)), ""))
+            self._columns_of(dict.fromkeys(read_header(self._path, delimiter=self._delimiter), ""))
         report_truncated([(self._name, last_byte(self._path))], self._validator)
 
     def _columns_of(self, cells: Mapping[str, str]) -> Columns:
@@ -142,7 +144,7 @@ class _Table:
         if self._origin.decided and "video" not in named:
             return
         videos: dict[str, list[str]] = {}
-        for _, cells in read_rows(self._path, (), delimiter=_delimiter(self._path)):
+        for _, cells in read_rows(self._path, (), delimiter=self._delimiter):
             videos.setdefault(cells[named["video"]] if "video" in named else "", []).append(cells[named["frame"]])
         if "video" in named:
             parts = [VideoPart(name, (name.strip(),), ids=(name.strip(),)) for name in videos]
@@ -243,10 +245,8 @@ class _Table:
         return self._validator.label(name, self._name, line, number=True)
 
 
-def _delimiter(path: Path) -> str:
-    with path.open("rb") as stream:
-        start = stream.readline(1 << 12)
-    return max((",", ";", "\t"), key=lambda mark: start.count(mark.encode()))
+def _first_line(path: Path) -> str:
+    return head_of(path, 1 << 12).partition(b"\n")[0].decode("utf-8-sig", "replace")
 
 
 def sniff_tracks_csv(path: Path) -> bool:
@@ -258,9 +258,7 @@ def sniff_tracks_csv(path: Path) -> bool:
     for file in files:
         if file.suffix.lower() not in (".csv", ".tsv", ".txt"):
             continue
-        with file.open("rb") as stream:
-            start = stream.readline(1 << 12)
-        header = start.decode("utf-8-sig", "replace").replace(";", ",").replace("\t", ",").split(",")
+        header = re.split("[,;\t]", _first_line(file))
         names = {normalized(cell.strip().strip('"')) for cell in header}
         try:
             columns = find_columns(names)

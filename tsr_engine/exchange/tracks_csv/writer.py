@@ -19,7 +19,7 @@ from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN
-from tsr_engine.exchange.split import SUBSETS, subset_of
+from tsr_engine.exchange.split import names_of_subsets, subset_of
 from tsr_engine.exchange.track_numbers import track_numbers
 from tsr_engine.exchange.tracks_csv.reader import read_tracks_csv, sniff_tracks_csv
 from tsr_engine.exchange.video_matching import TASK_SWITCH
@@ -29,7 +29,6 @@ from tsr_engine.track_table import NO_CLASS
 if TYPE_CHECKING:
     from _csv import Writer
 
-__all__ = ["FORMAT", "file_names"]
 
 _RESULT_COLUMNS = RESULT_HEADER.split(",")
 _GROUND_TRUTH_COLUMNS = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
@@ -39,9 +38,11 @@ _FORMULA = re.compile(r"[=+\-@\t\r]")
 
 def file_names(dataset: Dataset, options: ExportOptions, suffix: str) -> list[list[tuple[str, str]]]:
     """The files of each video: subset (``default`` without split) and name."""
-    subsets = [name for name in SUBSETS if name in set(options.split.values())] if options.split else ["default"]
     return [
-        [(subset, (f"{subset}/" if options.split else "") + name + suffix) for subset in subsets]
+        [
+            (subset, (f"{subset}/" if options.split else "") + name + suffix)
+            for subset in names_of_subsets(options.split)
+        ]
         for name in video_names(dataset.videos)
     ]
 
@@ -145,10 +146,6 @@ FORMAT = Format(
         Switch("layout", ("full", "results", "truth"), "All columns, those of tsr track, or those of ground truth."),
         Switch("formulas", ("plain", "quoted"), "Quote cells that a spreadsheet would take for formulas."),
     ),
-    import_switches=(
-        FIRST_FRAME_SWITCH,
-        TASK_SWITCH,
-        LINK_SWITCH,
-    ),
+    import_switches=(FIRST_FRAME_SWITCH, TASK_SWITCH, LINK_SWITCH),
     docs="tracks-csv.md",
 )

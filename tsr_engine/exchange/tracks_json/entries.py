@@ -19,8 +19,6 @@ from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.table_columns import MISSING_VALUES
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["FRAME_KEY", "Entry", "entries", "first_value", "inner_boxes"]
-
 FRAME_KEY = re.compile(r"(?:frame[_ ]?)?(\d{1,9})", re.ASCII | re.IGNORECASE)
 """Pattern of a key that is a frame."""
 _LISTS = {"tracks": "track", "detections": "detection", "negatives": "negative", "frames": "frame", "": "entry"}

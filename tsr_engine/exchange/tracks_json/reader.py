@@ -8,7 +8,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from tsr_engine.exchange.attributes import parse_attributes
+from tsr_engine.exchange.box_rules import Edges, scaled
 from tsr_engine.exchange.dataset import REJECTED, UNSTATED_LABEL, Dataset
+from tsr_engine.exchange.file_listing import head_of
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
 from tsr_engine.exchange.ids import is_number
@@ -34,8 +36,6 @@ from tsr_engine.io.plain_numbers import parse_real, parse_whole
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
-
-__all__ = ["read_tracks_json", "sniff_tracks_json"]
 
 _BOX_KEYS = (("box", False), ("xyxy", False), ("bbox", True), ("xywh", True))
 """Keys of a box, and whether its four numbers are a corner with a size."""
@@ -143,20 +143,19 @@ class _File:
         if self._is_own_format and version != _VERSION:
             raise rule_error(self._name, None, f"version must be {_VERSION}. Got {str(version)[:20]}. Export it again.")
         video = head.get("video")
-        if isinstance(video, str):
-            video = {"name": video}
+        video = {"name": video} if isinstance(video, str) else video if isinstance(video, dict) else {}
         if is_number(head.get("width")) and is_number(head.get("height")):
-            video = {"width": head["width"], "height": head["height"], **(video if isinstance(video, dict) else {})}
-        if isinstance(video, dict) and isinstance(video.get("name"), str):
+            video = {"width": head["width"], "height": head["height"], **video}
+        if isinstance(video.get("name"), str):
             digest, video_digest = video.get("sha256"), self._validator.target.video.sha256
             part = VideoPart(
                 None, (video["name"],), is_match=digest == video_digest if digest and video_digest else None
             )
             choose_parts([part], self._validator, self._name, "video")
-        if isinstance(video, dict) and "width" in video and "height" in video:
+        if "width" in video and "height" in video:
             width, height = (self._number(video[side], side, "video") for side in ("width", "height"))
             self._scale = self._validator.scale(width, height, self._name, "video")
-        frames = video.get("frames") if isinstance(video, dict) else None
+        frames = video.get("frames")
         if isinstance(frames, int) and frames != self._validator.target.video.frames:
             target = self._validator.target.video
             report = f"is about a video of {plural(frames, 'frame')}, {target.name} has {target.frames}"
@@ -238,16 +237,14 @@ class _File:
         else:
             self._loose.add(frame, edges, label, **box_fields)
 
-    def _box_edges(self, box: JsonMapping, where: str) -> tuple[float, float, float, float]:
+    def _box_edges(self, box: JsonMapping, where: str) -> Edges:
         name, sized = next(((name, sized) for name, sized in _BOX_KEYS if name in box), ("", False))
         value = box[name] if name else box
         edges = edges_of(value, sized=sized)
         if edges is None:
             got = str(box.get(name))[:60]
             raise rule_error(self._name, where, f"must have box [x1, y1, x2, y2] or bbox [x, y, w, h]. Got {got}.")
-        a, b, c, d = edges if self._is_own_format else check_pixels(edges, self._name, where)
-        sx, sy = self._scale
-        return a * sx, b * sy, c * sx, d * sy
+        return scaled(edges if self._is_own_format else check_pixels(edges, self._name, where), self._scale)
 
     def _id(self, entry: JsonMapping, where: str) -> str:
         """Name of the track; empty: none."""
@@ -336,8 +333,7 @@ def sniff_tracks_json(path: Path) -> bool:
     for file in files:
         if file.suffix.lower() != ".json":
             return False
-        with file.open("rb") as stream:
-            start = stream.read(1 << 14)
+        start = head_of(file)
         if b'"tsr-tracks"' in start:
             return True
         # Lists of Ultralytics' texts have their quotes escaped.

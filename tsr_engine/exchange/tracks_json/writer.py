@@ -19,8 +19,6 @@ from tsr_engine.exchange.video_matching import TASK_SWITCH
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["FORMAT"]
-
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
     total = sum(1 for video in dataset.videos for _ in video.tracks())
@@ -101,11 +99,6 @@ FORMAT = Format(
     write=_write,
     read=read_tracks_json,
     sniff=sniff_tracks_json,
-    import_switches=(
-        FIRST_FRAME_SWITCH,
-        TASK_SWITCH,
-        SIZE_SWITCH,
-        LINK_SWITCH,
-    ),
+    import_switches=(FIRST_FRAME_SWITCH, TASK_SWITCH, SIZE_SWITCH, LINK_SWITCH),
     docs="tracks-json.md",
 )

@@ -10,35 +10,25 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.attributes import label_values, tool_values
-from tsr_engine.exchange.box_rules import NO_BOX
+from tsr_engine.exchange.attributes import BOX_NAMES, label_values, track_facts
+from tsr_engine.exchange.box_rules import NO_BOX, Edges
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.nearby_manifest import manifest_value
-from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.picture_sequences import ListedPicture, read_picture_list
 from tsr_engine.exchange.reading import rule_error
-from tsr_engine.exchange.rotated_boxes import Edges
 from tsr_engine.exchange.small_file_store import SmallFileStore, list_all_files, read_content
 from tsr_engine.exchange.voc.small_xml import MAX_SMALL_BYTES, XmlNode, small_elements
 from tsr_engine.exchange.xml import elements
 from tsr_engine.io.plain_numbers import parse_real
 
-__all__ = ["annotation_folder", "read_voc"]
-
 _ELEMENTS = ("filename", "folder", "path", "size", "object")
 _CORNERS = ("xmin", "ymin", "xmax", "ymax")
 _TRUE_VALUES = ("1", "true", "True")
 _NO_POSE = ("", "Unspecified", "unspecified")
-_TOOL_ATTRIBUTES = frozenset(
-    {"uid", "state", "source", "note", "score", "track_id", "keyframe", "occluded", "outside", "rotation"}
-)
-"""Attributes that this tool or CVAT writes, which are not a label's."""
-
-
 _SharedTexts = dict[tuple[str, str, str], tuple[str, str, str]]
 
 
@@ -56,7 +46,7 @@ class _Object(NamedTuple):
     occluded: bool
     ignore: bool
     score: float
-    track_texts: tuple[str, str, str]
+    track_facts: tuple[str, str, str]
     """State, source and note of its track."""
     attributes: dict[str, str] | None
     """Attributes of its label."""
@@ -104,11 +94,9 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
                 continue
             x1, y1, x2, y2 = corners
             edges = ((x1 - offset) * scale_x, (y1 - offset) * scale_y, x2 * scale_x, y2 * scale_y)
-            uid = found.uid
-            is_known = uid in validator
             # Boxes without a track name are linked when all are known.
-            add_box = partial(validator.box, uid) if uid else loose.add
-            added = add_box(
+            add_box = partial(validator.box, found.uid, facts=found.track_facts) if found.uid else loose.add
+            add_box(
                 frame,
                 edges,
                 validator.label(found.name, each.file, found.line),
@@ -120,9 +108,6 @@ def read_voc(path: Path, target: ImportTarget) -> Dataset:
                 score=found.score,
                 attributes=found.attributes,
             )
-            if uid and added and not is_known:
-                state, source, note = found.track_texts
-                validator.describe(uid, state=state, source=source, notes=notes_from_text(note, frame))
     loose.finish()
     return validator.finish(path.name)
 
@@ -152,11 +137,8 @@ def _read_file(path: str, store: SmallFileStore | None, shared: _SharedTexts) ->
         except ImportFormatError:
             pass
     # Read again, with the line of every element.
-    return _picture_of(elements(_on_disk(path, store), "annotation", _ELEMENTS), name, shared)
-
-
-def _on_disk(path: str, store: SmallFileStore | None) -> Path:
-    return Path(path) if store is None else store.on_disk(path)
+    on_disk = Path(path) if store is None else store.on_disk(path)
+    return _picture_of(elements(on_disk, "annotation", _ELEMENTS), name, shared)
 
 
 def _picture_of(nodes: Iterable[XmlNode], file: str, shared: _SharedTexts) -> _Picture:
@@ -242,13 +224,8 @@ def _object(node: XmlNode, file: str, shared: _SharedTexts) -> _Object:
         raise rule_error(file, node.line, f"score must be a number. Got {number[:40]!r}.") from None
     track = box_attributes.get("track_id", "").strip()
     uid = box_attributes.get("uid", "") or (f"track{track}" if track else "")
-    own_values = tool_values(box_attributes)
-    track_texts = (
-        own_values.get("state", "open").strip(),
-        own_values.get("source", "").strip() or "imported",
-        own_values.get("note", ""),
-    )
-    attributes_of_label = label_values(box_attributes, _TOOL_ATTRIBUTES)
+    facts = track_facts(box_attributes)
+    attributes_of_label = label_values(box_attributes, BOX_NAMES - {"ignore"})
     # VOC's own flags that are informative
     if node.value("truncated") in _TRUE_VALUES:
         attributes_of_label.setdefault("truncated", "true")
@@ -263,6 +240,6 @@ def _object(node: XmlNode, file: str, shared: _SharedTexts) -> _Object:
         occluded=node.value("occluded") in _TRUE_VALUES or box_attributes.get("occluded", "").strip() in _TRUE_VALUES,
         ignore=node.value("difficult") in _TRUE_VALUES,
         score=score,
-        track_texts=shared.setdefault(track_texts, track_texts),
+        track_facts=shared.setdefault(facts, facts),
         attributes=attributes_of_label or None,
     )

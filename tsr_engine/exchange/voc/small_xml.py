@@ -9,43 +9,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import Final, Protocol
+from typing import Final, TypeAlias
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import XMLParser
 
-from tsr_engine.exchange.xml import MAX_DEPTH
-
-__all__ = ["MAX_SMALL_BYTES", "SmallNode", "XmlNode", "small_elements"]
+from tsr_engine.exchange.xml import MAX_DEPTH, Node
 
 MAX_SMALL_BYTES: Final = 1 << 16
 """Largest file that is read at once, bytes."""
-
-
-class XmlNode(Protocol):
-    """The part of an element's interface that readers of small files use."""
-
-    @property
-    def tag(self) -> str:
-        """Name of the element."""
-
-    @property
-    def line(self) -> int:
-        """Line where it begins, from 1; inside a ``SmallNode`` the line of the outer element."""
-
-    @property
-    def text(self) -> str:
-        """Stripped text directly inside."""
-
-    def child(self, tag: str) -> XmlNode | None:
-        """The first child element with that name."""
-
-    def value(self, tag: str) -> str:
-        """The child's stripped text; empty if there is no child."""
-
-    def table(self, row: str, key: str, value: str) -> dict[str, str]:
-        """Map the text of one element inside each row to that of another; the value keeps its white space."""
 
 
 class SmallNode:
@@ -86,6 +59,10 @@ class SmallNode:
                 if name is not None and text is not None:
                     out[_raw(name).strip()] = _raw(text)
         return out
+
+
+XmlNode: TypeAlias = Node | SmallNode
+"""The element of a file; that of a small file has the line of its outer element."""
 
 
 def small_elements(content: bytes, root: str, wanted: Iterable[str]) -> list[SmallNode] | None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tsr_engine.exchange.attributes import value_as_text, written_name
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
-from tsr_engine.exchange.file_listing import is_system_file
+from tsr_engine.exchange.file_listing import head_of, is_system_file
 from tsr_engine.exchange.formats import ExportOptions, Format, Switch, Written
 from tsr_engine.exchange.frame_rows import RowLists
 from tsr_engine.exchange.import_validator import SIZE_SWITCH
@@ -16,21 +16,14 @@ from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.nearby_manifest import is_wrapper
 from tsr_engine.exchange.notes import notes_to_text
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.picture_lists import (
-    IMAGE_SWITCH,
-    PictureList,
-    make_picture_lists,
-    subsets_in,
-    write_listed_pictures,
-)
+from tsr_engine.exchange.picture_lists import IMAGE_SWITCH, PictureList, make_picture_lists, write_listed_pictures
 from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
 from tsr_engine.exchange.rounding import round_boxes, round_to_pixels
+from tsr_engine.exchange.split import names_of_subsets
 from tsr_engine.exchange.voc.reader import annotation_folder, read_voc
 from tsr_engine.exchange.xml import escape_text
 from tsr_engine.labels.model import AttributeValue
 from tsr_engine.track_table import NO_CLASS
-
-__all__ = ["FORMAT"]
 
 _DECIMALS = 2
 _BOX = "<bndbox><xmin>{0}</xmin><ymin>{0}</ymin><xmax>{0}</xmax><ymax>{0}</ymax></bndbox>"
@@ -45,7 +38,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     lists = make_picture_lists(dataset, options, rounding=1.0 if devkit else 0.5 * 10**-_DECIMALS)
     total = sum(len(part.frames) for part in lists)
     done = 0
-    for subset in subsets_in(lists, options):
+    for subset in names_of_subsets(options.split):
         stems: list[str] = []
         for part in lists:
             boxes = _corners(part, devkit)
@@ -159,10 +152,7 @@ def _sniff(path: Path) -> bool:
         file = next((each for each in annotation_folder(path).rglob("*.xml") if not is_system_file(each.name)), None)
     else:
         file = path if path.suffix.lower() == ".xml" else None
-    if file is None:
-        return False
-    with file.open("rb") as stream:
-        start = stream.read(1 << 14)
+    start = b"" if file is None else head_of(file)
     return b"<annotation>" in start or b"<annotation " in start
 
 

@@ -12,8 +12,6 @@ import yaml
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.reading import read_text, rule_error
 
-__all__ = ["MAX_YAML_BYTES", "quoted_name", "read_class_names"]
-
 MAX_YAML_BYTES: Final = 1 << 20
 """Largest file that is read, bytes; 30,000 names take less."""
 _UNPRINTABLE = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")

@@ -2,7 +2,7 @@
 
 The meaning of a sixth column is decided once for all files: a confidence if a number has a fraction, or if a picture
 has the same number twice; else a track id. Rows with both (``class cx cy w h confidence id``) and polygons are
-read too; see :mod:`~.shapes`.
+read too; see :mod:`~.row_shapes`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tsr_engine.exchange.labels import benchmark_keys
 from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.nearby_manifest import visible_entries
 from tsr_engine.exchange.picture_sequences import ListedPicture, read_picture_list
-from tsr_engine.exchange.reading import MAX_JSON_BYTES, decode_text, read_text, rule_error
+from tsr_engine.exchange.reading import MAX_JSON_BYTES, decode_text, read_names, rule_error
 from tsr_engine.exchange.sidecar import SidecarRow, read_sidecar
 from tsr_engine.exchange.small_file_store import SmallFileStore, list_all_files, read_content
 from tsr_engine.exchange.truncated_files import report_truncated
@@ -31,8 +31,6 @@ from tsr_engine.exchange.yolo.class_names import read_class_names
 from tsr_engine.exchange.yolo.row_shapes import YoloLine, YoloRow, rows_to_boxes
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.plural import plural
-
-__all__ = ["SIDECAR", "SIDECAR_COLUMNS", "YAML_FILES", "is_label_file", "label_files", "read_yolo"]
 
 SIDECAR = "tracks.csv"
 SIDECAR_COLUMNS = ("file", "line", "row")
@@ -141,10 +139,7 @@ def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
             return found, file.name
     for name in ("classes.txt", "obj.names", "labels/classes.txt", "labels.txt"):
         if (path / name).is_file():
-            listed = read_text(path / name, limit=1 << 24).splitlines()
-            while listed and not listed[-1].strip():
-                listed.pop()
-            return {folder: text.strip() for folder, text in enumerate(listed)}, name
+            return dict(enumerate(read_names(path / name))), name
     return None, ""
 
 
@@ -266,22 +261,7 @@ def _add_with_sidecar(rows: list[YoloRow], path: Path, validator: ImportValidato
                 validator.count(f"Boxes without a row in {path.name}", row.file, row.line)
                 loose.add(row.frame, row.edges, row.label, file=row.file, line=row.line)
                 continue
-            is_known = entry.uid in validator
-            taken = validator.box(
-                entry.uid,
-                row.frame,
-                row.edges,
-                row.label,
-                file=row.file,
-                line=row.line,
-                key=entry.key,
-                occluded=entry.occluded,
-                ignore=entry.ignore,
-                score=entry.score,
-                attributes=entry.attributes,
-            )
-            if taken and (entry.note or not is_known):
-                entry.describe(validator, row.frame)
+            entry.add(validator, row.frame, row.edges, row.label, row.file, row.line)
 
 
 def _match_sidecar(

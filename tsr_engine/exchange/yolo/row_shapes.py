@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from itertools import repeat
 from math import inf
 
+from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.plural import plural
-
-__all__ = ["YoloLine", "YoloRow", "rows_to_boxes"]
 
 _MIN_COORDINATE, _MAX_COORDINATE = -0.01, 1.01
 """Largest relative coordinate that Ultralytics accepts; the excess is rounding, clipped at the edge."""
@@ -27,8 +26,8 @@ _AMBIGUOUS_COUNT = 6
 
 
 @dataclass(frozen=True, slots=True)
-class _RowLocation:
-    """A row's place, text and class.
+class YoloLine:
+    """A row as in the file.
 
     Attributes:
         file: label file, relative to the folder.
@@ -36,6 +35,7 @@ class _RowLocation:
         frame: ordinal.
         text: the row.
         label: class number.
+        values: finite numbers after the class, four or more.
     """
 
     file: str
@@ -43,21 +43,11 @@ class _RowLocation:
     frame: int
     text: str
     label: int
-
-
-@dataclass(frozen=True, slots=True)
-class YoloLine(_RowLocation):
-    """A row as in the file.
-
-    Attributes:
-        values: finite numbers after the class, four or more.
-    """
-
     values: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class YoloRow(_RowLocation):
+class YoloRow(YoloLine):
     """A box.
 
     Attributes:
@@ -65,7 +55,7 @@ class YoloRow(_RowLocation):
         extra_values: columns after the box: none, one to be reported, or confidence and track id.
     """
 
-    edges: tuple[float, float, float, float]
+    edges: Edges
     extra_values: tuple[float, ...]
 
 
@@ -127,17 +117,13 @@ def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow
     polygon = len(values) > _AMBIGUOUS_COUNT or (len(values) == _AMBIGUOUS_COUNT and triangles)
     if polygon and len(values) % 2:
         raise rule_error(
-            line.file,
-            line.line,
-            f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers.",
+            line.file, line.line, f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers."
         )
     for value, minimum in zip(values, repeat(_MIN_COORDINATE) if polygon else _MIN_BOX_VALUES, strict=False):
         if not minimum <= value <= _MAX_COORDINATE:
             hint = "They look like pixels; divide by width and height." if value > 2 else "Correct it."
             raise rule_error(
-                line.file,
-                line.line,
-                f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}",
+                line.file, line.line, f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}"
             )
     extra_values: tuple[float, ...] = ()
     if polygon:
@@ -150,4 +136,4 @@ def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow
         extra_values = values[4:]
     video = validator.target.video
     edges = (x1 * video.width, y1 * video.height, x2 * video.width, y2 * video.height)
-    return YoloRow(line.file, line.line, line.frame, line.text, line.label, edges, extra_values)
+    return YoloRow(line.file, line.line, line.frame, line.text, line.label, values, edges, extra_values)

@@ -12,14 +12,13 @@ from tsr_engine.exchange.labels import ClassMap, class_map
 from tsr_engine.exchange.linking import LINK_SWITCH
 from tsr_engine.exchange.nearby_manifest import is_wrapper
 from tsr_engine.exchange.output_sink import OutputSink
-from tsr_engine.exchange.picture_lists import PictureList, make_picture_lists, subsets_in, write_listed_pictures
+from tsr_engine.exchange.picture_lists import PictureList, make_picture_lists, write_listed_pictures
 from tsr_engine.exchange.picture_sequences import PICTURE_SWITCHES
 from tsr_engine.exchange.sidecar import ATTRIBUTES_COLUMN, TRACK_COLUMNS, SidecarCells, csv_line
+from tsr_engine.exchange.split import names_of_subsets
 from tsr_engine.exchange.yolo.class_names import quoted_name
 from tsr_engine.exchange.yolo.reader import SIDECAR, SIDECAR_COLUMNS, YAML_FILES, is_label_file, label_files, read_yolo
 from tsr_engine.plural import plural
-
-__all__ = ["FORMAT"]
 
 _DECIMALS = 8
 
@@ -29,7 +28,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     suffix = options.switches.get("image", "jpg")
     with_ignored = options.switches.get("ignored", "leave-out") == "box"
     lists = make_picture_lists(dataset, options)
-    subsets = ["train"] if not options.split else subsets_in(lists, options)
+    subsets = names_of_subsets(options.split) if options.split else ["train"]
     total = sum(len(part.frames) for part in lists)
     done = left_out = 0
     with out.text(SIDECAR, errors="replace") as sidecar:
@@ -55,14 +54,8 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
         options,
         lambda part, frame, subset: f"images/{subset if options.split else 'train'}/{part.stem(frame)}.{suffix}",
     )
-    skipped = []
-    if left_out:
-        skipped.append(
-            Skipped(
-                plural(left_out, "box", "boxes") + " to ignore",
-                "YOLO has no such mark; these regions count as background.",
-            ),
-        )
+    reason = "YOLO has no such mark; these regions count as background."
+    skipped = [Skipped(plural(left_out, "box", "boxes") + " to ignore", reason)] if left_out else []
     return skipped, {"origin": 0, "decimals": _DECIMALS, "columns": 5, "tracks": SIDECAR, "pictures": pictures}
 
 
