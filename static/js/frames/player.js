@@ -27,7 +27,7 @@ const SCRUB_PAUSE_MS = 180;
 const MAX_PREVIEW_WAIT_MS = 400;
 /** Delay before a failed picture is requested again, ms. */
 const RETRY_DELAY_MS = 1000;
-/** The largest delay of playback before its clock is set back, s. */
+/** The longest time that a frame may be overdue before the clock of playback is set back, s. */
 const MAX_LAG_S = 0.12;
 
 /**
@@ -197,7 +197,7 @@ export function createPlayer(
       tally = { frames: tally.frames + 1, late: tally.late + (timebase.frameAt(mediaTime) > nextFrame ? 1 : 0) };
       store.dispatch(seek, nextFrame);
     }
-    if (mediaTime - timebase.secondsAt(nextFrame) > MAX_LAG_S + 1 / 25) {
+    if (mediaTime - timebase.secondsAt(nextFrame + 1) > MAX_LAG_S) {
       // too slow: continue from here instead of skipping frames
       started = { media: timebase.secondsAt(nextFrame), clock: now() };
       // a failed prefetch is not repeated: request the frame itself, so that its error is shown

@@ -16,9 +16,10 @@ const tickTimers = () => new Promise((resolve) => setTimeout(resolve, 2));
 const endings = [];
 afterEach(() => endings.splice(0).forEach((end) => end()));
 
-/** A player over a cache whose pictures come when the test says so. @param {(run: () => void) => number} [tick] */
-function createPlayerFixture(tick = () => 1) {
-  const table = { frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] };
+const TABLE = { frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] };
+
+/** A player over a cache whose pictures come when the test says so. @param {(run: () => void) => number} [tick] @param {typeof TABLE} [table] @param {boolean} [isCached]   whether every picture is there */
+function createPlayerFixture(tick = () => 1, table = TABLE, isCached = false) {
   const video = /** @type {any} */ ({ id: 'v', width: 1280, height: 720, frames: 5000 });
   const store = createStore(changeReview(openReview(initialState(), video), { timebase: createTimebase(/** @type {any} */ (table)) }));
   /** @type {{kind: string, frame: number, answer: () => void, fail: (why: Error) => void}[]} */
@@ -30,7 +31,7 @@ function createPlayerFixture(tick = () => 1) {
       requests.push({ kind, frame, answer: () => resolve({ frame, width: kind === 'preview' ? 0 : 1280, bitmap: {} }), fail });
     });
   const cache = /** @type {any} */ ({
-    peek: () => null,
+    peek: (/** @type {number} */ frame) => (isCached ? { frame, width: 1280, bitmap: {} } : null),
     load: ask('load'),
     preview: ask('preview'),
     prefetch: () => {},
@@ -137,6 +138,19 @@ test('the banner about the next picture is removed when the picture arrives', as
   asked[3].answer();
   await tickTimers();
   assert.deepEqual(store.get().banners, []);
+});
+
+test('a video of two frames a second plays at its own speed', async () => {
+  /** @type {() => void} */
+  let beat = () => {};
+  const { store, wait } = createPlayerFixture((run) => ((beat = run), 1), { ...TABLE, time_base: [1, 2] }, true);
+  store.dispatch(setPlaying, true);
+  await tickTimers();
+  for (let i = 0; i <= 30; i++) {
+    beat();
+    wait(100);
+  }
+  assert.equal(store.get().review?.frame, 6);
 });
 
 test('a picture that takes too long does not hold up the next', async () => {
