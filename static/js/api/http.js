@@ -1,7 +1,7 @@
 // @ts-check
 /** One request: time limit, cancellation, and every failure as an `ApiError`. */
 
-import { errorFromResponse, toApiError } from './errors.js';
+import { ApiError, errorFromResponse, toApiError } from './errors.js';
 
 /**
  * @typedef {object} RequestOptions
@@ -64,7 +64,9 @@ export async function readJson(answer) {
   try {
     return await answer.json();
   } catch (cause) {
-    throw toApiError(cause);
+    if (!(cause instanceof SyntaxError)) throw toApiError(cause);
+    const message = 'The answer is not from the review tool, but perhaps from a proxy in between. Reload the page.';
+    throw new ApiError(0, 'bad_answer', message, { cause });
   }
 }
 

@@ -46,6 +46,11 @@ test('an answer of something else than our server is still a sentence', async ()
   );
 });
 
+test('a page that a proxy sends in place of the answer is not taken for a server that cannot be reached', async () => {
+  const { api } = apiOf(() => new Response('<h1>Sign in</h1>'));
+  await assert.rejects(api.videos(), { code: 'bad_answer', message: /^The answer is not from the review tool/ });
+});
+
 test('a proxy without the server says as much as no answer', async () => {
   for (const [status, code] of [
     [502, 'offline'],
