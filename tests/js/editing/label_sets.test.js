@@ -7,6 +7,7 @@ import { setLabelSets } from '../../../static/js/store/actions/page.js';
 import { initialReview, initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 import { label } from '../labels.js';
+import { pluck } from '../pluck.js';
 
 const head = (/** @type {string} */ key, /** @type {number} */ version, standard = false) => ({
   key,
@@ -108,10 +109,7 @@ test('a change is in the store once it is made, and is no news to the page that 
   await sets.reload();
   const change = sets.change({ type: 'add', name: 'no parking' });
   await Promise.all([change, receive(2)]);
-  assert.deepEqual(
-    store.get().labels.map(({ name }) => name),
-    ['stop', 'no parking'],
-  );
+  assert.deepEqual(pluck(store.get().labels, 'name'), ['stop', 'no parking']);
   assert.deepEqual([(await change).sentence, said], ['Ben in gtsrb-43', []]);
 });
 

@@ -3,8 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { createFrameCache } from '../../../static/js/frames/cache.js';
-
-const tick = () => new Promise((resolve) => setTimeout(resolve, 2));
+import { tick } from '../wait_until.js';
 
 /** @param {number} maxBytes */
 function createCache(maxBytes) {

@@ -8,6 +8,7 @@ import { setLabels } from '../../../static/js/store/actions/page.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
 import { createEditorFixture } from '../editing/editor_fixture.js';
 import { label } from '../labels.js';
+import { rowsOf } from '../pluck.js';
 
 const base = { values: [], low: null, high: null, default: null };
 const stop = label({
@@ -42,14 +43,11 @@ test('keys tick the checkboxes of the label in their order; those that may chang
     [29, 30].map((frame) => attributesAt(review().docs.m1, frame).temporary),
     [true, false],
   );
-  assert.deepEqual(
-    selectedAttributes(store.get()).map(({ name, value }) => [name, value]),
-    [
-      ['lit', 'night'],
-      ['damaged', true],
-      ['temporary', false],
-    ],
-  );
+  assert.deepEqual(rowsOf(selectedAttributes(store.get()), 'name', 'value'), [
+    ['lit', 'night'],
+    ['damaged', true],
+    ['temporary', false],
+  ]);
   await editor.undo();
   assert.deepEqual(review().docs.m1.attributes, { damaged: true });
   assert.deepEqual(said, [

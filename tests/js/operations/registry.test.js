@@ -4,6 +4,7 @@ import { test } from 'node:test';
 
 import { allOperations } from '../../../static/js/operations/registry.js';
 import { initialState } from '../../../static/js/store/initial.js';
+import { pluck } from '../pluck.js';
 
 const operations = allOperations();
 /** Keys that the product promises. */
@@ -63,11 +64,17 @@ test('every promised key does something, and no key does two things but Enter an
   );
   assert.deepEqual(keys.filter((key, at) => keys.indexOf(key) !== at).sort(), ['Enter', 'Escape']);
   assert.deepEqual(
-    operations.filter((one) => one.keys.includes('Enter')).map(({ id }) => id),
+    pluck(
+      operations.filter((one) => one.keys.includes('Enter')),
+      'id',
+    ),
     ['accept-follow', 'mark'],
   );
   assert.deepEqual(
-    operations.filter((one) => one.keys.includes('Escape')).map(({ id }) => id),
+    pluck(
+      operations.filter((one) => one.keys.includes('Escape')),
+      'id',
+    ),
     ['drop-follow', 'select-mode'],
   );
 });
@@ -91,7 +98,10 @@ test('names are unique; every operation says what it does', () => {
 
 test('outside the review screen only what belongs to the whole page can be had', () => {
   assert.deepEqual(
-    operations.filter((operation) => operation.available(initialState())).map(({ id }) => id),
+    pluck(
+      operations.filter((operation) => operation.available(initialState())),
+      'id',
+    ),
     [
       'open-add-video',
       'open-run-queue',

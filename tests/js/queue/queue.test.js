@@ -6,6 +6,8 @@ import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { NO_CLASS, blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { syntheticRun } from '../harness/synthetic_run.js';
 import { label } from '../labels.js';
+import { pluck } from '../pluck.js';
+import { keyFrame } from '../server_data.js';
 
 const LABELS = [
   label({ id: 1, name: 'Yield', aliases: ['give way'] }),
@@ -77,9 +79,7 @@ test('the score filter has a minimum and a maximum; tracks without a score pass 
   assert.deepEqual(queueOrder(state({}, { least_score: 1.5, most_score: 2.5 })), ['m2']);
   const drawn = {
     ...blankDoc('hab'),
-    keys: {
-      5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
-    },
+    keys: { 5: keyFrame({ box: [0, 0, 9, 9] }) },
   };
   assert.deepEqual(queueOrder(state({ hab: drawn }, { most_score: 1 })), ['m3']);
   assert.equal(queueOrder(state({ hab: drawn })).length, 4);
@@ -116,9 +116,8 @@ test('tracks are filtered by an attribute value, or by the default value of thei
     }),
     label({ id: 2, name: 'Stop' }),
   ];
-  const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
   const docs = {
-    m1: doc(1, { attributes: { dirty: true }, keys: { 12: { ...key, attributes: { lit: 'dusk' } } } }),
+    m1: doc(1, { attributes: { dirty: true }, keys: { 12: keyFrame({ attributes: { lit: 'dusk' } }) } }),
     m2: doc(2, { attributes: { lit: 'day' } }),
   };
   const order = (/** @type {any} */ attribute) => queueOrder({ ...state(docs, { attribute }), labels });
@@ -145,10 +144,9 @@ test('a merged label counts as the label that replaces it', () => {
 });
 
 test('attributes are found by name and value, of the whole track and of single frames', () => {
-  const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
   const docs = {
     m1: doc(1, { attributes: { ground: 'red', dirty: true } }),
-    m2: doc(2, { keys: { 12: { ...key, attributes: { dirty: false } } } }),
+    m2: doc(2, { keys: { 12: keyFrame({ attributes: { dirty: false } }) } }),
   };
   /** @param {string} text */
   const found = (text) => queueOrder(state(docs, { text }));
@@ -177,9 +175,7 @@ test('deleted tracks are not in the queue, drawn tracks are', () => {
   const drawn = {
     ...blankDoc('hab'),
     class_id: 1,
-    keys: {
-      5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
-    },
+    keys: { 5: keyFrame({ box: [0, 0, 9, 9] }) },
   };
   const docs = { m2: doc(2, { gone: true }), hab: drawn };
   assert.deepEqual(queueOrder(state(docs)), ['m3', 'm1', 'hab']);
@@ -275,7 +271,10 @@ test('parts of a split track name the track of their reasons', () => {
     assert.deepEqual([entry?.whole, entry?.reasons], [false, ['About #2 as the engine made it:', 'It is short: 11 frames.']], key);
   }
   assert.deepEqual(
-    entries.filter((entry) => entry.whole).map((entry) => entry.key),
+    pluck(
+      entries.filter((entry) => entry.whole),
+      'key',
+    ),
     ['m1', 'm3'],
   );
   const merged = {
