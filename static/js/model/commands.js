@@ -10,7 +10,7 @@
  * @typedef {{author: string, time: string}} Person   for notes; time in ISO 8601
  */
 import { CommandError, requireValue } from './command_error.js';
-import { blankDoc, emptyDoc, isEmpty, nonDefaultFields, withKey } from './documents.js';
+import { blankDoc, emptyDoc, isEmpty, newKeyFrame, nonDefaultFields, stateOf, withKey } from './documents.js';
 import { deleteFrom, follow, interpolate, removeKey, setAttribute, setOutside, visibleBox } from './key_commands.js';
 import { relabelTrack } from './relabel.js';
 import { merge, split } from './track_commands.js';
@@ -160,14 +160,7 @@ function create(docs, command) {
   const { key, frame } = command;
   if (docs[key]) throw new CommandError(`There is a track ${key} already.`);
   if (!key.startsWith('h')) throw new CommandError('A new track has a key that starts with h.');
-  const first = {
-    box: requireValue(command.box, 'box'),
-    occluded: false,
-    outside: false,
-    interpolate: true,
-    class_id: null,
-    followed: false,
-  };
+  const first = newKeyFrame({ ...stateOf(), interpolate: true }, requireValue(command.box, 'box'));
   return { ...blankDoc(key), class_id: command.class_id ?? null, keys: { [frame]: first } };
 }
 

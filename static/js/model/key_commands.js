@@ -10,11 +10,11 @@ import { CommandError, requireValue } from './command_error.js';
 import {
   clipSegments,
   isEmpty,
+  keyAt,
   keyFramesOf,
   keysWithin,
-  lastKey,
   keyFrameBoxAt,
-  nonDefaultFields,
+  newKeyFrame,
   sameAttributes,
   showsFrom,
   stateOf,
@@ -128,23 +128,11 @@ export function follow(doc, command) {
   /** @param {number} k */
   const inside = (k) => first <= k && k <= last;
   const changes = frames.filter((k, at) => !sameAttributes(doc.keys[k].attributes, doc.keys[frames[at - 1]]?.attributes));
-  const after = lastKey(doc, last);
-  const isInterpolatedAfter = after === null ? doc.segments.length === 0 : doc.keys[after].interpolate;
+  const isInterpolatedAfter = keyAt(doc, last)?.interpolate ?? doc.segments.length === 0;
   /** @type {Record<string, KeyFrame>} */
   const keys = Object.fromEntries(Object.entries(doc.keys).filter(([k, key]) => !(inside(Number(k)) && key.followed)));
   for (const frame of new Set([...boxes.keys(), ...[...changes, ...Object.keys(keys).map(Number)].filter(inside)])) {
-    const before = lastKey(doc, frame);
-    const { occluded, attributes } = stateOf(before === null ? null : doc.keys[before]);
-    const newKeyFrame = {
-      box: null,
-      occluded,
-      outside: false,
-      interpolate: false,
-      class_id: null,
-      followed: false,
-      ...nonDefaultFields({ attributes }),
-    };
-    const keyFrame = keys[frame] ?? newKeyFrame;
+    const keyFrame = keys[frame] ?? newKeyFrame({ ...stateOf(keyAt(doc, frame)), outside: false });
     const entry = boxes.get(frame);
     const placed = entry ? { box: entry.box, followed: !entry.anchor } : {};
     keys[frame] = { ...keyFrame, ...placed, interpolate: frame < last || isInterpolatedAfter };

@@ -53,7 +53,7 @@ export function withAttribute(doc, name, value, frame) {
 function reduceKeyFrames(doc, reduce) {
   /** @type {Record<string, KeyFrame>} */
   const keys = {};
-  let state = stateOf(null);
+  let state = stateOf();
   let stateBefore = state;
   for (const frame of keyFramesOf(doc)) {
     const before = doc.keys[frame];
