@@ -7,6 +7,8 @@
  * @property {{label: string, run: () => void}} [action]
  * @property {string} [topic]   a notice replaces an older one of the same topic
  * @property {boolean} [stays]  neither an edit nor another screen ends it. Default for `bad`
+ *
+ * @typedef {(text: string, options?: ToastOptions) => void} Notify   what shows a toast, as `toast` does
  */
 
 /** The event that carries a toast; it bubbles from any element of the page. */

@@ -36,7 +36,6 @@ const MAX_LAG_S = 0.12;
  * @property {(paint: Paint) => void} setPainter   sets the function that paints a picture
  * @property {(width: number) => void} setWidth
  * @property {(speed: number) => void} setSpeed
- * @property {() => number} speed
  * @property {() => {frames: number, late: number}} tally      since playing began
  * @property {() => void} destroy
  */
@@ -230,7 +229,6 @@ export function createPlayer(
       speed = value;
       started = null;
     },
-    speed: () => speed,
     tally: () => tally,
     destroy() {
       ended = true;

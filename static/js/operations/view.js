@@ -3,7 +3,7 @@
 
 import { sizeOf, zoomToBox } from '../model/geometry.js';
 import { formatRoute } from '../model/route.js';
-import { shownTrack } from '../review/shown_tracks.js';
+import { selectedTrack } from '../review/shown_tracks.js';
 import { LAYERS } from '../store/initial.js';
 import { changeLanesView, openDialog } from '../store/actions/page.js';
 import { setViewport, toggleFewLabels, toggleLayer } from '../store/actions/review.js';
@@ -181,7 +181,7 @@ export const view = [
     tooltip: 'Zoom to the selected track; the next tracks of the queue are then centred too (Z)',
     run: (app) =>
       app.store.dispatch((state) => {
-        const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+        const shown = selectedTrack(state.review);
         return shown ? setViewport(state, zoomToBox(shown.box, ZOOMED_BOX_SIDE_PX, sizeOf(state.review?.video))) : state;
       }),
   }),

@@ -143,6 +143,9 @@ export const correctedKeys = (review) =>
 /** The track's box in a frame; null: none. @param {ReviewState} review @param {string} key @param {number} [frame] @returns {ShownTrack|null} */
 export const shownTrack = (review, key, frame = review.frame) => shownTracks(review, frame).find((track) => track.key === key) ?? null;
 
+/** The selected track's box in the cursor's frame; null: none. @param {ReviewState|null} review */
+export const selectedTrack = (review) => (review?.selected ? shownTrack(review, review.selected) : null);
+
 /**
  * Whether the engine's boxes of the cursor's frame are still loading: a track without a box may have one there.
  * @param {Pick<ReviewState, 'frame'|'overlays'|'run'>} review
