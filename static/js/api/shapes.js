@@ -56,10 +56,7 @@ export function expectColumns(route, value, names) {
   return value;
 }
 
-/**
- * @param {unknown} value
- * @param {Kind} kind
- */
+/** @param {unknown} value @param {Kind} kind */
 function matches(value, kind) {
   if (kind === 'nullable') return true;
   if (kind === 'array') return Array.isArray(value);
@@ -72,11 +69,7 @@ function isObject(value) {
   return typeof value === 'object' && value !== null && !Array.isArray(value);
 }
 
-/**
- * @param {string} route
- * @param {string} expected
- * @param {unknown} got
- */
+/** @param {string} route @param {string} expected @param {unknown} got */
 function unexpectedAnswer(route, expected, got) {
   const shown = JSON.stringify(got)?.slice(0, 80) ?? String(got);
   return new ApiError(

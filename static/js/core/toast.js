@@ -14,12 +14,7 @@
 /** The event that carries a toast; it bubbles from any element of the page. */
 export const TOAST = 'tsr-toast';
 
-/**
- * Show a toast from anywhere.
- *
- * @param {string} text
- * @param {ToastOptions} [options]
- */
+/** Show a toast from anywhere. @param {string} text @param {ToastOptions} [options] */
 export function toast(text, options = {}) {
   document.dispatchEvent(new CustomEvent(TOAST, { detail: { text, ...options } }));
 }

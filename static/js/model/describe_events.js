@@ -101,10 +101,7 @@ export function describeSource(lane, i) {
   return `Score ${shortNumber(score)} = detector ${shortNumber(raw)} ${score < raw ? '-' : '+'} prior ${shortNumber(Math.abs(score - raw))}.`;
 }
 
-/**
- * @param {TrackLane} lane
- * @param {number} i
- */
+/** @param {TrackLane} lane @param {number} i */
 function rejection(lane, i) {
   const reason = `L = ${shortNumber(lane.l_positive[i])} ${relationSign(lane.l_positive[i], lane.tau)} ${shortNumber(lane.tau)}, ${decidingFactor(lane, i)}`;
   const probability = lane.probability[i];
@@ -116,12 +113,7 @@ function rejection(lane, i) {
   return `prediction rejected, ${reason}; ${answer}`;
 }
 
-/**
- * The factor with the largest weight.
- *
- * @param {TrackLane} lane
- * @param {number} i
- */
+/** The factor with the largest weight. @param {TrackLane} lane @param {number} i */
 function decidingFactor(lane, i) {
   const symmetry = lane.symmetry[i] ?? 0;
   const bits = lane.hash_distance[i] ?? 0;

@@ -31,10 +31,7 @@ const SERIES = /** @type {const} */ ([
 ]);
 /** @typedef {typeof SERIES[number]} SeriesName */
 
-/**
- * @param {TrackLane} lane
- * @returns {DetailColumns}
- */
+/** @param {TrackLane} lane @returns {DetailColumns} */
 export function detailColumns(lane) {
   const count = lane.frame.length;
   const series = /** @type {Record<SeriesName, Float32Array>} */ ({});

@@ -29,11 +29,7 @@ export function emptyDoc(span, open = false) {
   return { ...blankDoc(`m${track}`), segments: [{ track, first, last: open ? OPEN_END : last }] };
 }
 
-/**
- * A document without boxes.
- * @param {string} key
- * @returns {TrackDoc}
- */
+/** A document without boxes. @param {string} key @returns {TrackDoc} */
 export function blankDoc(key) {
   return {
     key,
@@ -65,11 +61,7 @@ export function originTrack(doc) {
   return doc.key.startsWith('m') ? Number(doc.key.slice(1)) : (doc.segments[0]?.track ?? null);
 }
 
-/**
- * Key frames in order.
- * @param {Pick<TrackDoc, 'keys'>} doc
- * @returns {number[]}
- */
+/** Key frames in order. @param {Pick<TrackDoc, 'keys'>} doc @returns {number[]} */
 export function keyFramesOf(doc) {
   return Object.keys(doc.keys)
     .map(Number)
@@ -134,19 +126,13 @@ export function stateOf(key) {
   return { occluded, outside, interpolate, ...nonDefaultFields({ attributes }) };
 }
 
-/**
- * @param {ReturnType<typeof stateOf>} a
- * @param {ReturnType<typeof stateOf>} b
- */
+/** @param {ReturnType<typeof stateOf>} a @param {ReturnType<typeof stateOf>} b */
 export function sameState(a, b) {
   const same = a.occluded === b.occluded && a.outside === b.outside && a.interpolate === b.interpolate;
   return same && sameAttributes(a.attributes, b.attributes);
 }
 
-/**
- * @param {Attributes} [a]
- * @param {Attributes} [b]
- */
+/** @param {Attributes} [a] @param {Attributes} [b] */
 export function sameAttributes(a = {}, b = {}) {
   const names = Object.keys(a);
   return names.length === Object.keys(b).length && names.every((name) => Object.hasOwn(b, name) && a[name] === b[name]);
@@ -173,12 +159,7 @@ export function withAttributes(item, attributes) {
   return /** @type {T} */ ({ ...others, ...nonDefaultFields({ attributes }) });
 }
 
-/**
- * The attributes of a track in a frame.
- * @param {TrackDoc} doc
- * @param {number} frame
- * @returns {Attributes}
- */
+/** The attributes of a track in a frame. @param {TrackDoc} doc @param {number} frame @returns {Attributes} */
 export const attributesAt = (doc, frame) => ({ ...doc.attributes, ...keyAt(doc, frame)?.attributes });
 
 /**
@@ -213,11 +194,7 @@ export function showsFrom(doc, frame) {
   });
 }
 
-/**
- * Whether the track has nothing in any frame.
- * @param {TrackDoc} doc
- * @returns {boolean}
- */
+/** Whether the track has nothing in any frame. @param {TrackDoc} doc @returns {boolean} */
 export function isEmpty(doc) {
   return doc.segments.length === 0 && !Object.values(doc.keys).some((key) => key.box !== null && !key.outside);
 }
@@ -229,12 +206,7 @@ export function isEmpty(doc) {
  */
 export const verdictOf = (doc) => (doc.not_a_sign ? 'rejected' : doc.review);
 
-/**
- * @param {TrackDoc} doc
- * @param {number} first
- * @param {number} last
- * @returns {Record<string, KeyFrame>}
- */
+/** @param {TrackDoc} doc @param {number} first @param {number} last @returns {Record<string, KeyFrame>} */
 export function keysWithin(doc, first, last) {
   return Object.fromEntries(Object.entries(doc.keys).filter(([k]) => first <= Number(k) && Number(k) <= last));
 }

@@ -50,11 +50,7 @@ export const DEFAULT_CHOICE = {
   switches: {},
 };
 
-/**
- * The remembered choice. Invalid fields get their default.
- * @param {string|null} text
- * @returns {ExportChoice}
- */
+/** The remembered choice. Invalid fields get their default. @param {string|null} text @returns {ExportChoice} */
 export function restoreChoice(text) {
   /** @type {any} */
   let stored = null;

@@ -101,11 +101,7 @@ function withLineEnds(doc) {
 /** The state from the last key frame at or before a frame. @param {Record<string, KeyFrame>} keys @param {number} frame */
 const stateAt = (keys, frame) => stateOf(keyAt({ keys }, frame));
 
-/**
- * The frames that a track has, as disjoint spans in order.
- * @param {TrackDoc} doc
- * @returns {Span[]}
- */
+/** The frames that a track has, as disjoint spans in order. @param {TrackDoc} doc @returns {Span[]} */
 export function documentSpans(doc) {
   /** @type {Span[]} */
   const found = doc.segments.map((s) => [s.first, s.last]);
@@ -134,12 +130,7 @@ export function documentSpans(doc) {
   return joined;
 }
 
-/**
- * The parts of spans that no other span covers.
- * @param {Span[]} parts
- * @param {Span[]} others
- * @returns {Span[]}
- */
+/** The parts of spans that no other span covers. @param {Span[]} parts @param {Span[]} others @returns {Span[]} */
 export function subtractSpans(parts, others) {
   for (const [low, high] of others) {
     parts = parts.flatMap(([first, last]) => {

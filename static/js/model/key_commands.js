@@ -33,22 +33,14 @@ export function visibleBox(doc, command) {
   return box === null ? {} : { box };
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {Command} command
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {Command} command @returns {TrackDoc} */
 export function setAttribute(doc, command) {
   const name = requireValue(command.attribute, 'name of an attribute');
   if (!command.from_here) return withAttribute(doc, name, command.value ?? null, null);
   return withAttribute(withKey(doc, command.frame, visibleBox(doc, command)), name, command.value ?? null, command.frame);
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {number} frame
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {number} frame @returns {TrackDoc} */
 export function deleteFrom(doc, frame) {
   if (!showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} There is nothing to delete.`);
   // a cut line must end at its interpolated box
@@ -61,11 +53,7 @@ export function deleteFrom(doc, frame) {
 /** @param {TrackDoc} doc @param {number} frame */
 const showsNothing = (doc, frame) => `Track ${doc.key} shows nothing from frame ${frame} on.`;
 
-/**
- * @param {TrackDoc} doc
- * @param {Command} command
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {Command} command @returns {TrackDoc} */
 export function setOutside(doc, command) {
   const { frame } = command;
   const outside = command.value === true;
@@ -77,11 +65,7 @@ export function setOutside(doc, command) {
   return after;
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {number} frame
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {number} frame @returns {TrackDoc} */
 export function removeKey(doc, frame) {
   if (!doc.keys[frame]) throw new CommandError(`Frame ${frame} is no key frame of track ${doc.key}.`);
   const { [frame]: _gone, ...keys } = doc.keys;
@@ -90,11 +74,7 @@ export function removeKey(doc, frame) {
   return remaining;
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {Command} command
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {Command} command @returns {TrackDoc} */
 export function interpolate(doc, command) {
   const first = requireValue(command.first, 'first');
   const last = requireValue(command.last, 'last');

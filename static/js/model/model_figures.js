@@ -98,12 +98,7 @@ function rowsOf(now, before, prefix = '') {
   return rows;
 }
 
-/**
- * @param {number} now
- * @param {number|null} before
- * @param {1|-1|0} direction
- * @returns {Verdict|null}
- */
+/** @param {number} now @param {number|null} before @param {1|-1|0} direction @returns {Verdict|null} */
 function verdictOf(now, before, direction) {
   if (direction === 0) return null;
   if (before === null) return 'new';

@@ -74,11 +74,7 @@ function reduceKeyFrames(doc, reduce) {
  */
 const changesState = (key, held) => key.box !== null || key.class_id !== null || !sameState(stateOf(key), held);
 
-/**
- * @param {Attributes|undefined} attributes
- * @param {string} name
- * @returns {AttributeValue|undefined}
- */
+/** @param {Attributes|undefined} attributes @param {string} name @returns {AttributeValue|undefined} */
 const valueOf = (attributes, name) => (attributes && Object.hasOwn(attributes, name) ? attributes[name] : undefined);
 
 /**

@@ -84,13 +84,7 @@ export function assignedFrames({ first, stop }) {
   return `frames ${first} to ${stop - 1}`;
 }
 
-/**
- * A difference in one line.
- *
- * @param {TrackDifference} difference
- * @param {readonly Label[]} labels
- * @returns {string}
- */
+/** A difference in one line. @param {TrackDifference} difference @param {readonly Label[]} labels @returns {string} */
 export function describeDifference({ what, before, after, more }, labels) {
   const rest = more > 0 ? ` and ${more} more` : '';
   if (what === 'label') return `Label: ${describeLabel(before, labels)} → ${describeLabel(after, labels)}`;

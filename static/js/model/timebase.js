@@ -17,10 +17,7 @@ import { upperBound } from './binary_search.js';
  * @property {(frame: number) => number|null} previousKey
  */
 
-/**
- * @param {FrameTableData} table
- * @returns {Timebase}
- */
+/** @param {FrameTableData} table @returns {Timebase} */
 export function createTimebase(table) {
   const unit = table.time_base[0] / table.time_base[1];
   // one row per run of equal steps: its first frame, the ticks at that frame, ticks per frame

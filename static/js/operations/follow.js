@@ -27,11 +27,7 @@ const needsProposals = (state) => {
   return isInProgress(following) ? 'Nothing is proposed yet.' : 'Nothing is proposed: press Escape.';
 };
 
-/**
- * Follow the selected track from its box in this frame.
- * @param {App} app
- * @param {'forward'|'backward'|null} only
- */
+/** Follow the selected track from its box in this frame. @param {App} app @param {'forward'|'backward'|null} only */
 function follow(app, only) {
   const { review } = app.store.get();
   const shown = selectedTrack(review);

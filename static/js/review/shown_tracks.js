@@ -107,21 +107,14 @@ function withProposal(review, frame, shown, classes) {
  */
 const isEdited = (at, doc, engineClassId) => at.origin !== 'engine' || at.occluded || doc.not_a_sign || at.class_id !== engineClassId;
 
-/**
- * The signs of the second run in the cursor's frame.
- *
- * @param {ReviewState} review
- */
+/** The signs of the second run in the cursor's frame. @param {ReviewState} review */
 export function secondRunSigns(review) {
   if (review.second === null) return [];
   const secondReview = { ...review, overlays: review.secondOverlays, tracks: review.secondTracks, docs: review.secondDocs };
   return shownSigns(secondReview);
 }
 
-/**
- * The tracks without rejected ones, which count nowhere.
- * @param {ReviewState} review
- */
+/** The tracks without rejected ones, which count nowhere. @param {ReviewState} review */
 export const shownSigns = (review) =>
   shownTracks(review).filter(({ key, not_a_sign }) => !not_a_sign && review.docs[key]?.review !== 'rejected');
 

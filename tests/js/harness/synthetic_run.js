@@ -12,11 +12,7 @@ export function seededRandom(seed) {
   };
 }
 
-/**
- * @param {number} frames
- * @param {number} count
- * @returns {{tracks: any, lanes: any}}
- */
+/** @param {number} frames @param {number} count @returns {{tracks: any, lanes: any}} */
 export function syntheticRun(frames, count) {
   const next = seededRandom(7);
   /** @type {any} */

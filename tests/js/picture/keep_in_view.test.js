@@ -10,11 +10,7 @@ import { overlayTrack } from '../server_data.js';
 const SCREEN = { width: 400, height: 300 };
 
 /** @param {number} x */
-const overlay = (x, frame = 0) => ({
-  frame,
-  detections: [],
-  tracks: [overlayTrack({ box: [x, 100, x + 20, 120] })],
-});
+const overlay = (x, frame = 0) => ({ frame, detections: [], tracks: [overlayTrack({ box: [x, 100, x + 20, 120] })] });
 
 /** A zoomed view of a track that moves 20 px to the right per frame; returns a function that changes the review. */
 function startReview() {

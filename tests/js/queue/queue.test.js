@@ -77,10 +77,7 @@ test('the score filter has a minimum and a maximum; tracks without a score pass 
   assert.deepEqual(queueOrder(state({}, { least_score: 2 })), ['m2', 'm1']);
   assert.deepEqual(queueOrder(state({}, { most_score: 2 })), ['m2', 'm3']);
   assert.deepEqual(queueOrder(state({}, { least_score: 1.5, most_score: 2.5 })), ['m2']);
-  const drawn = {
-    ...blankDoc('hab'),
-    keys: { 5: keyFrame({ box: [0, 0, 9, 9] }) },
-  };
+  const drawn = { ...blankDoc('hab'), keys: { 5: keyFrame({ box: [0, 0, 9, 9] }) } };
   assert.deepEqual(queueOrder(state({ hab: drawn }, { most_score: 1 })), ['m3']);
   assert.equal(queueOrder(state({ hab: drawn })).length, 4);
   const entries = trackEntries(state({ hab: drawn }).review.tracks, { hab: drawn });
@@ -172,11 +169,7 @@ test('a track that is not in the set is filtered, found and uncertain as such', 
 });
 
 test('deleted tracks are not in the queue, drawn tracks are', () => {
-  const drawn = {
-    ...blankDoc('hab'),
-    class_id: 1,
-    keys: { 5: keyFrame({ box: [0, 0, 9, 9] }) },
-  };
+  const drawn = { ...blankDoc('hab'), class_id: 1, keys: { 5: keyFrame({ box: [0, 0, 9, 9] }) } };
   const docs = { m2: doc(2, { gone: true }), hab: drawn };
   assert.deepEqual(queueOrder(state(docs)), ['m3', 'm1', 'hab']);
   const entry = trackEntries(state(docs).review.tracks, docs).at(-1);

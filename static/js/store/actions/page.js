@@ -26,12 +26,7 @@ export const setRoute = (state, route) => ({ ...state, route });
 /** @param {State} state @param {Video[]} videos @returns {State} */
 export const setVideos = (state, videos) => ({ ...state, videos });
 
-/**
- * Add or replace a video; newest first.
- * @param {State} state
- * @param {Video} video
- * @returns {State}
- */
+/** Add or replace a video; newest first. @param {State} state @param {Video} video @returns {State} */
 export function putVideo(state, video) {
   const review = state.review?.video.id === video.id ? { ...state.review, video } : state.review;
   return { ...state, videos: state.videos && withItem(state.videos, video), review };
@@ -83,12 +78,7 @@ export const setConnection = (state, connection) => (state.connection === connec
 /** Set the unsaved edits of runs that are not open. @param {State} state @param {State['elsewhere']} elsewhere @returns {State} */
 export const setElsewhere = (state, elsewhere) => (state.elsewhere.length + elsewhere.length === 0 ? state : { ...state, elsewhere });
 
-/**
- * Show a banner, or replace the one with the same id.
- * @param {State} state
- * @param {Banner} banner
- * @returns {State}
- */
+/** Show a banner, or replace the one with the same id. @param {State} state @param {Banner} banner @returns {State} */
 export function showBanner(state, banner) {
   const shown = state.banners.some(({ id }) => id === banner.id);
   const banners = shown ? state.banners.map((one) => (one.id === banner.id ? banner : one)) : [...state.banners, banner];
@@ -131,12 +121,7 @@ export function putModel(state, version) {
   };
 }
 
-/**
- * Remove a file or a version.
- * @param {State} state
- * @param {string} id
- * @returns {State}
- */
+/** Remove a file or a version. @param {State} state @param {string} id @returns {State} */
 export function dropOutputOrModel(state, id) {
   const outputs = withoutItem(state.outputs, id);
   const models = withoutItem(state.models, id);
