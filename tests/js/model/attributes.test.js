@@ -5,11 +5,9 @@ import { test } from 'node:test';
 import { attributeChoices, attributeProblem, attributeRows, hasAttribute, valueOfText } from '../../../static/js/model/attributes.js';
 import { withAttribute } from '../../../static/js/model/relabel.js';
 import { emptyDoc } from '../../../static/js/model/documents.js';
-import { label } from '../labels.js';
+import { attribute, label } from '../labels.js';
 import { rowsOf } from '../pluck.js';
 
-/** @param {Partial<import('../../../static/js/types.js').Attribute> & {name: string}} fields @returns {import('../../../static/js/types.js').Attribute} */
-const attribute = (fields) => ({ kind: 'checkbox', mutable: false, values: [], low: null, high: null, default: null, ...fields });
 const stop = label({
   id: 14,
   attributes: [

@@ -7,16 +7,15 @@ import { setAttribute, selectedAttributes, toggleAttribute } from '../../../stat
 import { setLabels } from '../../../static/js/store/actions/page.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
 import { createEditorFixture } from '../editing/editor_fixture.js';
-import { label } from '../labels.js';
+import { attribute, label } from '../labels.js';
 import { rowsOf } from '../pluck.js';
 
-const base = { values: [], low: null, high: null, default: null };
 const stop = label({
   id: 14,
   attributes: [
-    { ...base, name: 'lit', kind: 'select', mutable: false, values: ['day', 'night'] },
-    { ...base, name: 'damaged', kind: 'checkbox', mutable: false },
-    { ...base, name: 'temporary', kind: 'checkbox', mutable: true },
+    attribute({ name: 'lit', kind: 'select', values: ['day', 'night'] }),
+    attribute({ name: 'damaged' }),
+    attribute({ name: 'temporary', mutable: true }),
   ],
 });
 

@@ -5,7 +5,7 @@ import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, scoreRange, s
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { NO_CLASS, blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { syntheticRun } from '../harness/synthetic_run.js';
-import { label } from '../labels.js';
+import { attribute, label } from '../labels.js';
 import { pluck } from '../pluck.js';
 import { keyFrame } from '../server_data.js';
 
@@ -97,19 +97,11 @@ test('notes are found by their words, and tracks with notes can be shown alone',
 });
 
 test('tracks are filtered by an attribute value, or by the default value of their label', () => {
-  const attributeOf = (/** @type {any} */ attribute) => ({
-    mutable: false,
-    values: [],
-    low: null,
-    high: null,
-    default: null,
-    ...attribute,
-  });
   const labels = [
     label({
       id: 1,
       name: 'Yield',
-      attributes: [attributeOf({ name: 'dirty', kind: 'checkbox', default: false }), attributeOf({ name: 'lit', kind: 'text' })],
+      attributes: [attribute({ name: 'dirty', default: false }), attribute({ name: 'lit', kind: 'text' })],
     }),
     label({ id: 2, name: 'Stop' }),
   ];
@@ -117,7 +109,7 @@ test('tracks are filtered by an attribute value, or by the default value of thei
     m1: doc(1, { attributes: { dirty: true }, keys: { 12: keyFrame({ attributes: { lit: 'dusk' } }) } }),
     m2: doc(2, { attributes: { lit: 'day' } }),
   };
-  const order = (/** @type {any} */ attribute) => queueOrder({ ...state(docs, { attribute }), labels });
+  const order = (/** @type {any} */ wanted) => queueOrder({ ...state(docs, { attribute: wanted }), labels });
   assert.deepEqual(order({ name: 'dirty', value: true }), ['m1']);
   assert.deepEqual(order({ name: 'dirty', value: false }), ['m3']);
   assert.deepEqual(order({ name: 'lit', value: null }), ['m2', 'm1']);

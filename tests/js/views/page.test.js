@@ -5,7 +5,7 @@ import { arrange } from '../../../static/js/model/library_order.js';
 import { describeVersion as describeDoc, differingKeyFrames } from '../../../static/js/views/dialogs/conflict.js';
 import { truncatedMessage } from '../../../static/js/views/dialogs/add_video.js';
 import { groupOperations } from '../../../static/js/views/dialogs/help.js';
-import { labelsNamed } from '../labels.js';
+import { SPEED_LABELS as LABELS } from '../labels.js';
 import { tooltipPlace } from '../../../static/js/views/tooltip.js';
 import { describeSaveState } from '../../../static/js/views/topbar.js';
 import { findParameters, parseValue, presetValue } from '../../../static/js/views/parameter_fields.js';
@@ -28,14 +28,6 @@ const parameter = (more = {}) => ({
   ...more,
 });
 
-const LABELS = labelsNamed([
-  'speed limit 20 km/h',
-  'speed limit 30 km/h',
-  'speed limit 80 km/h',
-  'end of speed limit 80 km/h',
-  'no overtaking',
-  'stop',
-]);
 test('typed values are checked against type and range', () => {
   assert.deepEqual(parseValue(parameter(), ' 2.5e1 '), { value: 25 });
   assert.deepEqual(parseValue(parameter(), '.5'), { value: 0.5 });

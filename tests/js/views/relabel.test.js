@@ -5,18 +5,10 @@ import { NO_CLASS, emptyDoc } from '../../../static/js/model/documents.js';
 import { labelFinder } from '../../../static/js/model/label_finder.js';
 import { describeMerge } from '../../../static/js/views/dialogs/label_merge.js';
 import { unmatchedTextRow, isAlreadySet, sideBesideBox, voteShares, reordered } from '../../../static/js/views/dialogs/relabel.js';
-import { label, labelsNamed } from '../labels.js';
+import { SPEED_LABELS as LABELS, label, labelsNamed } from '../labels.js';
 import { pluck } from '../pluck.js';
 import { keyFrame } from '../server_data.js';
 
-const LABELS = labelsNamed([
-  'speed limit 20 km/h',
-  'speed limit 30 km/h',
-  'speed limit 80 km/h',
-  'end of speed limit 80 km/h',
-  'no overtaking',
-  'stop',
-]);
 /** @param {readonly import('../../../static/js/types.js').Label[]} labels @param {string} text */
 const findLabels = (labels, text) => labelFinder(labels).search(text, labels);
 
