@@ -13,6 +13,7 @@
  * @typedef {(picture: Picture, isBrief: boolean) => void} Paint
  */
 import { ApiError, isRetryable, errorMessage } from '../api/errors.js';
+import { covers } from '../model/run_progress.js';
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { setPlaying, setShown, seek } from '../store/actions/review.js';
 
@@ -189,7 +190,7 @@ export function createPlayer(
     started ??= { media: timebase.secondsAt(review.frame), clock: now() };
     const mediaTime = started.media + ((now() - started.clock) / 1000) * speed;
     let nextFrame = Math.max(review.frame, timebase.frameAt(mediaTime));
-    while (nextFrame > review.frame && !(cache.peek(nextFrame) && (review.overlays[nextFrame] || !isCovered(review, nextFrame))))
+    while (nextFrame > review.frame && !(cache.peek(nextFrame) && (review.overlays[nextFrame] || !covers(review.run, nextFrame))))
       nextFrame--;
     if (nextFrame > review.frame) {
       stalled = 0;
@@ -237,11 +238,6 @@ export function createPlayer(
       cache.clear();
     },
   };
-}
-
-/** Whether the run's results cover a frame. @param {import('../state-types.js').ReviewState} review @param {number} frame */
-function isCovered({ run }, frame) {
-  return run !== null && run.first <= frame && frame < run.first + run.frames_done;
 }
 
 /** @param {unknown} thrown @returns {boolean} whether the load was cancelled */

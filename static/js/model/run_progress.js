@@ -11,6 +11,9 @@ export const runShare = (run) => done(run, 1);
 /** @param {Run} run @returns {string} `42 %`, rounded down: `100 %` only if nothing is missing */
 export const runPercent = (run) => `${Math.floor(done(run, 100))} %`;
 
+/** Whether its results cover a frame. @param {Run|null} run @param {number} frame */
+export const covers = (run, frame) => run !== null && run.first <= frame && frame < run.first + run.frames_done;
+
 /** Whether it stopped early and can be resumed. @param {Run} run */
 export const isResumable = ({ kind, state }) => kind === 'engine' && ['cancelled', 'interrupted', 'failed'].includes(state);
 

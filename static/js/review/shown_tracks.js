@@ -20,6 +20,7 @@ import { isCorrected } from '../model/corrected.js';
 import { NO_CLASS, originTrack } from '../model/documents.js';
 import { boxAt } from '../model/effective.js';
 import { proposalAt } from '../model/following.js';
+import { covers } from '../model/run_progress.js';
 
 /**
  * @param {ReviewState} review
@@ -143,8 +144,7 @@ export const selectedTrack = (review) => (review?.selected ? shownTrack(review, 
  * Whether the engine's boxes of the cursor's frame are still loading: a track without a box may have one there.
  * @param {Pick<ReviewState, 'frame'|'overlays'|'run'>} review
  */
-export const areBoxesLoading = ({ frame, overlays, run }) =>
-  run !== null && run.first <= frame && frame < run.first + run.frames_done && overlays[frame] === undefined;
+export const areBoxesLoading = ({ frame, overlays, run }) => covers(run, frame) && overlays[frame] === undefined;
 
 /** The fused class of an engine track; null: none. @param {ReviewState} review @param {number} track @returns {number|null} */
 export const engineClass = (review, track) => classesOf(review).get(track) ?? null;
