@@ -4,14 +4,7 @@
 import { createApi } from './api/client.js';
 import { errorMessage } from './api/errors.js';
 import { listenToKeys } from './behaviours/keyboard.js';
-import {
-  rememberChoices,
-  rememberedFewLabels,
-  rememberedLanesView,
-  rememberedLayers,
-  rememberedTheme,
-  authorName,
-} from './core/preferences.js';
+import * as preferences from './core/preferences.js';
 import { endToasts, toast } from './core/toast.js';
 import { createBackgroundSender } from './editing/background_sender.js';
 import { createEditor } from './editing/editor.js';
@@ -39,14 +32,16 @@ import { createShell } from './views/shell.js';
 /** @typedef {import('./page-types.js').App} App */
 
 const pageEnd = new AbortController();
+/** Options of listeners. */
+const untilEnd = { signal: pageEnd.signal };
 const store = createStore({
   ...initialState(),
-  theme: rememberedTheme(),
-  layers: rememberedLayers(),
-  fewLabels: rememberedFewLabels(),
-  lanesView: rememberedLanesView(),
+  theme: preferences.rememberedTheme(),
+  layers: preferences.rememberedLayers(),
+  fewLabels: preferences.rememberedFewLabels(),
+  lanesView: preferences.rememberedLanesView(),
 });
-rememberChoices(store);
+preferences.rememberChoices(store);
 const api = createApi({ signal: pageEnd.signal });
 const frames = createFrames(store, api);
 /** Resolves when the server has answered who is signed in. @type {Promise<void>} */
@@ -63,7 +58,7 @@ const outbox = createUserOutbox(
   () => store.get().session?.person?.name ?? null,
 );
 const backgroundSender = createBackgroundSender({ store, api, outbox, signal: pageEnd.signal, toast });
-const author = () => authorName(store.get().session) || store.get().session?.author || 'someone';
+const author = () => preferences.authorName(store.get().session) || store.get().session?.author || 'someone';
 const editor = createEditor({
   store,
   api,
@@ -160,22 +155,14 @@ store.subscribe(() => {
   }
   writeTimer ??= setTimeout(writeRoute, 300);
 });
-addEventListener('hashchange', readRoute, { signal: pageEnd.signal });
-addEventListener('pagehide', writeRoute, { signal: pageEnd.signal });
-addEventListener(
-  'beforeunload',
-  (event) => {
-    // the outbox keeps them, but only in this browser
-    if (unsavedOf(store.get()).unsaved) event.preventDefault();
-  },
-  { signal: pageEnd.signal },
-);
+addEventListener('hashchange', readRoute, untilEnd);
+addEventListener('pagehide', writeRoute, untilEnd);
+// the outbox keeps them, but only in this browser
+addEventListener('beforeunload', (event) => unsavedOf(store.get()).unsaved && event.preventDefault(), untilEnd);
 /** A defect of the page. @param {unknown} thrown */
 const reportDefect = (thrown) => toast(errorMessage(thrown), { tone: 'bad', topic: 'defect' });
-addEventListener('error', ({ error }) => error instanceof Error && reportDefect(error), { signal: pageEnd.signal });
-addEventListener('unhandledrejection', ({ reason }) => reason?.name !== 'AbortError' && reportDefect(reason), {
-  signal: pageEnd.signal,
-});
+addEventListener('error', ({ error }) => error instanceof Error && reportDefect(error), untilEnd);
+addEventListener('unhandledrejection', ({ reason }) => reason?.name !== 'AbortError' && reportDefect(reason), untilEnd);
 listenToKeys(app, toast, () => shell.update(store.get()));
 const live = startLiveUpdates(app, {
   onEvent: (event) => {
@@ -196,16 +183,16 @@ const live = startLiveUpdates(app, {
   },
 });
 // the browser knows that a network has gone or come: the present connection may be dead
-for (const change of ['online', 'offline']) addEventListener(change, live.retry, { signal: pageEnd.signal });
+for (const change of ['online', 'offline']) addEventListener(change, live.retry, untilEnd);
 /**
  * Only visible pages listen. By HTTP/1.1 a browser has six connections to a server, for all of its pages together, and
  * six listening pages would leave none.
  */
 const listenIfVisible = () => (document.hidden ? live.pause() : live.resume());
-document.addEventListener('visibilitychange', listenIfVisible, { signal: pageEnd.signal });
+document.addEventListener('visibilitychange', listenIfVisible, untilEnd);
 listenIfVisible();
 void live.reload();
-store.dispatch(setTheme, rememberedTheme());
+store.dispatch(setTheme, preferences.rememberedTheme());
 readRoute();
 shell.update(store.get());
 // edits that an earlier visit has left unsaved

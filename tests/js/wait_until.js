@@ -27,3 +27,6 @@ export async function waitUntil(condition, timeoutMs = 20_000) {
 export async function runTimers(count = 20) {
   for (let i = 0; i < count; i += 1) await new Promise((resolve) => setTimeout(resolve, 1));
 }
+
+/** Let pending promises and short timers run. */
+export const tick = () => new Promise((resolve) => setTimeout(resolve, 2));

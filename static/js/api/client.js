@@ -3,17 +3,16 @@
 
 import { editRoutes } from './edits.js';
 import { groundTruthRoutes } from './ground_truths.js';
-import { createSend, readJson } from './http.js';
+import { createRoutes, createSend } from './http.js';
 import { labelRoutes } from './labels.js';
 import { modelRoutes } from './models.js';
 import { outputRoutes } from './outputs.js';
 import { peopleRoutes } from './people.js';
 import { runRoutes } from './runs.js';
 import { searchRoutes } from './search.js';
-import { expectList, expectObject } from './shapes.js';
 import { videoRoutes } from './videos.js';
 
-/** @typedef {{signal?: AbortSignal, timeout?: number}} Call */
+/** @typedef {import('./http.js').Call} Call */
 
 /** @typedef {ReturnType<typeof createApi>} Api */
 
@@ -21,32 +20,22 @@ import { videoRoutes } from './videos.js';
  * @param {{base?: string, fetch?: typeof fetch, signal?: AbortSignal}} [setup]
  *   base: prefix of every path; signal: cancels all requests
  */
-export function createApi(setup = {}) {
-  const base = setup.base ?? '/api';
-  const send = createSend({ base, fetch: setup.fetch ?? globalThis.fetch.bind(globalThis), signal: setup.signal });
-  /**
-   * @param {string} path
-   * @param {import('./http.js').RequestOptions} [options]
-   */
-  const json = async (path, options) => readJson(await send(path, options));
-  const routes = { base, send, json };
-
+export function createApi({ base = '/api', fetch = globalThis.fetch.bind(globalThis), signal } = {}) {
+  const routes = createRoutes(base, createSend({ base, fetch, signal }));
   return {
     base,
     /** @param {Call} [call] @returns {Promise<import('../types.js').Session>} */
-    session: async (call) =>
-      expectObject('GET /session', await json('/session', call), { version: 'string', author: 'string', roots: 'array', presets: 'array' }),
+    session: (call) => routes.object('GET /session', [], { version: 'string', author: 'string', roots: 'array', presets: 'array' }, call),
     /** @param {Call} [call] @returns {Promise<import('../types.js').Parameter[]>} */
-    parameters: async (call) =>
-      expectList('GET /parameters', await json('/parameters', call), { section: 'string', name: 'string', type: 'string' }),
+    parameters: (call) => routes.list('GET /parameters', [], { section: 'string', name: 'string', type: 'string' }, call),
     ...videoRoutes(routes),
     ...runRoutes(routes),
     ...groundTruthRoutes(routes),
     ...outputRoutes(routes),
     ...modelRoutes(routes),
     ...editRoutes(routes),
-    ...labelRoutes(base, json),
-    ...peopleRoutes(json),
-    ...searchRoutes(base, json),
+    ...labelRoutes(routes),
+    ...peopleRoutes(routes),
+    ...searchRoutes(routes),
   };
 }

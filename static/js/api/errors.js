@@ -56,12 +56,7 @@ export function errorFromResponse(status, text) {
   );
 }
 
-/**
- * The error of a request that got no answer.
- *
- * @param {unknown} cause
- * @returns {ApiError}
- */
+/** The error of a request that got no answer. @param {unknown} cause @returns {ApiError} */
 export function toApiError(cause) {
   const name = cause instanceof Error ? cause.name : '';
   if (cause instanceof ApiError) return cause;
@@ -79,12 +74,7 @@ function offlineError(cause) {
   return new ApiError(0, 'offline', 'The server cannot be reached. Check in its terminal whether it still runs.', { cause });
 }
 
-/**
- * A sentence for the user about anything that was thrown.
- *
- * @param {unknown} thrown
- * @returns {string}
- */
+/** A sentence for the user about anything that was thrown. @param {unknown} thrown @returns {string} */
 export function errorMessage(thrown) {
   return thrown instanceof ApiError ? thrown.message : 'Something in the page went wrong. Reload it; saved work is not lost.';
 }

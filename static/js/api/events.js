@@ -12,17 +12,13 @@ import { sleep } from './sleep.js';
 
 /**
  * @typedef {object} Stream
- * @property {() => void} close
  * @property {() => void} retry     connect anew at once: the present connection may be dead, and waiting is not needed
  * @property {() => void} pause     give the connection up until `resume`; what happens meanwhile arrives after it
  * @property {() => void} resume
- * @property {() => number|null} last   number of the newest received event
  */
 
 /**
  * @typedef {object} StreamOptions
- * @property {string} [url]
- * @property {number} [after]        begin after this event
  * @property {(event: ServerEvent) => void} onEvent
  * @property {(connection: 'online'|'offline') => void} [onConnection]   online: no event is missed from now on
  * @property {(text: string|null) => void} [onStorage]   a sentence that says the disk is full; null: there is space again
@@ -30,27 +26,26 @@ import { sleep } from './sleep.js';
  * @property {() => void} [onDenied] access was denied (401, 403): the user has to act
  * @property {typeof fetch} [fetch]
  * @property {(ms: number, signal: AbortSignal) => Promise<void>} [wait]
- * @property {AbortSignal} [signal]
- * @property {number} [maxSilenceMs]      time without a byte after which the connection counts as lost, ms; the server sends a heartbeat every 4 s
+ * @property {AbortSignal} signal    closes the stream
  */
 
 const MIN_RETRY_DELAY_MS = 500;
 const MAX_RETRY_DELAY_MS = 15_000;
+/** Time without a byte after which the connection counts as lost, ms; the server sends a heartbeat every 4 s. */
+const MAX_SILENCE_MS = 12_000;
 
 /**
- * Receive events until closed. Reconnects by itself, with the number of the last event. The first message of a
+ * Receive events until the signal is aborted. Reconnects by itself, with the number of the last event. The first message of a
  * connection, `hello`, carries the current number of the stream; `reset` reports a gap.
  *
  * @param {StreamOptions} options
  * @returns {Stream}
  */
 export function openStream(options) {
-  const { url = '/api/events', onEvent, onConnection, onStorage, onReset, onDenied, wait = sleep, maxSilenceMs = 12_000 } = options;
+  const { onEvent, onConnection, onStorage, onReset, onDenied, wait = sleep, signal: closed } = options;
   const fetch = options.fetch ?? globalThis.fetch.bind(globalThis);
-  const aborter = new AbortController();
-  const closed = options.signal ? AbortSignal.any([aborter.signal, options.signal]) : aborter.signal;
-  /** @type {number|null} */
-  let last = options.after ?? null;
+  /** Number of the newest received event. @type {number|null} */
+  let last = null;
   let delayAborter = new AbortController();
   let silenceAborter = new AbortController();
   let delay = MIN_RETRY_DELAY_MS;
@@ -95,11 +90,12 @@ export function openStream(options) {
     let timer;
     const restartSilenceTimer = () => {
       clearTimeout(timer);
-      timer = setTimeout(() => connectionAborter.abort(), maxSilenceMs);
+      timer = setTimeout(() => connectionAborter.abort(), MAX_SILENCE_MS);
     };
     restartSilenceTimer();
     try {
-      const answer = await fetch(url, { headers, signal: AbortSignal.any([closed, connectionAborter.signal]), credentials: 'same-origin' });
+      const signal = AbortSignal.any([closed, connectionAborter.signal]);
+      const answer = await fetch('/api/events', { headers, signal, credentials: 'same-origin' });
       if (answer.status === 401 || answer.status === 403) {
         onDenied?.();
         throw new Error(`events: ${answer.status}`);
@@ -146,7 +142,6 @@ export function openStream(options) {
 
   void run();
   return {
-    close: () => aborter.abort(),
     retry: reconnect,
     pause: () => {
       if (pause !== null) return;
@@ -157,7 +152,6 @@ export function openStream(options) {
       pause?.abort();
       pause = null;
     },
-    last: () => last,
   };
 }
 

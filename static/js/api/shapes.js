@@ -5,11 +5,12 @@ import { plural } from '../model/format.js';
 import { ApiError } from './errors.js';
 
 /** @typedef {'string'|'number'|'boolean'|'array'|'object'|'nullable'} Kind */
+/** @typedef {Readonly<Record<string, Kind>>} Fields */
 
 /**
  * @param {string} route   for the message: `GET /videos`
  * @param {any} value
- * @param {Record<string, Kind>} fields
+ * @param {Fields} fields
  * @returns {any} the value
  * @throws {ApiError} code `bad_answer`
  */
@@ -25,7 +26,7 @@ export function expectObject(route, value, fields) {
 /**
  * @param {string} route
  * @param {any} value
- * @param {Record<string, Kind>} fields   checked in the first item only: the server makes all items in the same way
+ * @param {Fields} fields   checked in the first item only: the server makes all items in the same way
  * @returns {any[]}
  * @throws {ApiError} code `bad_answer`
  */
@@ -55,10 +56,7 @@ export function expectColumns(route, value, names) {
   return value;
 }
 
-/**
- * @param {unknown} value
- * @param {Kind} kind
- */
+/** @param {unknown} value @param {Kind} kind */
 function matches(value, kind) {
   if (kind === 'nullable') return true;
   if (kind === 'array') return Array.isArray(value);
@@ -71,11 +69,7 @@ function isObject(value) {
   return typeof value === 'object' && value !== null && !Array.isArray(value);
 }
 
-/**
- * @param {string} route
- * @param {string} expected
- * @param {unknown} got
- */
+/** @param {string} route @param {string} expected @param {unknown} got */
 function unexpectedAnswer(route, expected, got) {
   const shown = JSON.stringify(got)?.slice(0, 80) ?? String(got);
   return new ApiError(

@@ -42,8 +42,8 @@ export function keyNames(event) {
   /** @param {string} name @param {boolean} [shifted] */
   const withModifiers = (name, shifted = shiftKey && (name.length > 1 || /[A-Z0-9]/.test(name))) =>
     `${event.ctrlKey || event.metaKey ? 'Ctrl+' : ''}${event.altKey ? 'Alt+' : ''}${shifted ? 'Shift+' : ''}${name}`;
-  // on some layouts, Alt turns Latin letters into other characters
-  if (NOT_ASCII.test(key) && !LATIN.test(key) && code.startsWith('Key')) return [withModifiers(code.slice(3))];
+  // on some layouts, Alt turns letters into other characters, on macOS also into Latin ones
+  if (NOT_ASCII.test(key) && (event.altKey || !LATIN.test(key)) && code.startsWith('Key')) return [withModifiers(code.slice(3))];
   const names = [withModifiers(KEY_NAMES[key] ?? (key.length === 1 ? key.toUpperCase() : key))];
   if (code.startsWith('Digit')) names.push(withModifiers(code.slice(5)));
   if (code === 'BracketLeft' || code === 'BracketRight') names.push(withModifiers(code === 'BracketLeft' ? '[' : ']'));

@@ -6,10 +6,7 @@
 
 import { LAYERS, DEFAULT_LAYERS } from '../store/initial.js';
 
-/**
- * @param {string} name
- * @returns {string|null}
- */
+/** @param {string} name @returns {string|null} */
 export function recall(name) {
   try {
     return localStorage.getItem(`tsr.${name}`);
@@ -18,10 +15,7 @@ export function recall(name) {
   }
 }
 
-/**
- * @param {string} name
- * @param {string|number} value
- */
+/** @param {string} name @param {string|number} value */
 export function remember(name, value) {
   try {
     localStorage.setItem(`tsr.${name}`, String(value));

@@ -12,6 +12,7 @@
  * @property {() => void} retry           try again now
  */
 import { ApiError, errorMessage } from '../api/errors.js';
+import { plural } from '../model/format.js';
 import { hideBanner, setElsewhere, showBanner } from '../store/actions/page.js';
 import { withCounterparts, withoutUndone } from './pending.js';
 import {
@@ -34,7 +35,7 @@ const MAX_KEY_PAUSE_MS = 2000;
  * @param {Pick<import('../api/client.js').Api, 'edit'|'annotation'>} parts.api
  * @param {import('./outbox.js').Outbox} parts.outbox
  * @param {AbortSignal} parts.signal
- * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
+ * @param {import('../core/toast.js').Notify} parts.toast
  * @param {(ms: number) => Promise<void>} [parts.sleep]
  * @returns {BackgroundSender}
  */
@@ -112,13 +113,16 @@ export function createBackgroundSender({ store, api, outbox, signal, toast, slee
     if (!current || JSON.stringify(current.seen) !== JSON.stringify(next.seen)) return;
     const code = thrown instanceof ApiError ? thrown.code : '';
     const reverts = next.command.name === 'undo' || next.command.name === 'redo';
+    const unlabelled = withoutMissingLabel(next, thrown);
     if (code === 'stale' && !reverts && withoutUndone(ofRun).includes(current)) {
       undecided.add(next.run);
     } else if (thrown instanceof ApiError && thrown.status === 404) {
       for (const { op_id } of ofRun) await outbox.remove(op_id);
-      toast(`${ofRun.length} unsaved change${ofRun.length === 1 ? ' is' : 's are'} given up: the run was removed.`, { tone: 'bad' });
-    } else if (withoutMissingLabel(next, thrown) !== null) {
-      await outbox.put(/** @type {Pending} */ (withoutMissingLabel(next, thrown)));
+      toast(`${plural(ofRun.length, 'unsaved change')} ${ofRun.length === 1 ? 'is' : 'are'} given up: the run was removed.`, {
+        tone: 'bad',
+      });
+    } else if (unlabelled !== null) {
+      await outbox.put(unlabelled);
       toast(`A new track has no label yet. ${errorMessage(thrown)}`, { tone: 'bad', stays: true });
     } else {
       await giveUp(next);

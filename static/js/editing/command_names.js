@@ -1,6 +1,7 @@
 // @ts-check
 /** Names of commands. */
 
+import { plural } from '../model/format.js';
 import { trackName } from '../model/track_name.js';
 
 /** Commands about a whole track: their frame does not matter. */
@@ -69,7 +70,7 @@ export const commandName = (name) => NAMES[name] ?? name;
  */
 export function describeUndone(name, frame, track, tracks = 0) {
   const what = commandName(name).toLowerCase();
-  if (name === 'import' && tracks > 0) return `${what} of ${tracks} track${tracks === 1 ? '' : 's'}`;
+  if (name === 'import' && tracks > 0) return `${what} of ${plural(tracks, 'track')}`;
   if (MULTI_TRACK_COMMANDS.has(name)) return what;
   if (TRACK_COMMANDS.has(name)) return track === undefined ? what : `${what}, track ${track}`;
   return frame === null ? what : `${what} in frame ${frame}`;

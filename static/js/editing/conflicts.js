@@ -21,7 +21,7 @@ const MAX_NAMED_TRACKS = 5;
  * @param {import('../state-types.js').Store} parts.store
  * @param {import('./outbox.js').Outbox} parts.outbox
  * @param {import('./editor_state.js').EditorState} parts.edits
- * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
+ * @param {import('../core/toast.js').Notify} parts.toast
  * @param {(command: Command) => void} parts.enqueue
  * @param {() => Promise<void>} parts.refresh
  */

@@ -13,6 +13,7 @@
 import { ApiError, errorMessage } from '../api/errors.js';
 import { readOnlyReason } from '../model/team.js';
 import { CommandError, applyCommand } from '../model/commands.js';
+import { plural } from '../model/format.js';
 import { withLabelKey } from '../model/labels.js';
 import { isOpening } from '../model/review_notice.js';
 import { trackName } from '../model/track_name.js';
@@ -53,7 +54,7 @@ import { randomId } from '../core/random_id.js';
  * @param {Outbox} parts.outbox
  * @param {import('./background_sender.js').BackgroundSender} parts.backgroundSender
  * @param {AbortSignal} parts.signal
- * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
+ * @param {import('../core/toast.js').Notify} parts.toast
  * @param {() => string} parts.author
  * @param {() => void} [parts.onEdit]   called for each edit, before it is shown
  * @param {(ms: number) => Promise<void>} [parts.sleep]
@@ -193,19 +194,20 @@ export function createEditor({
 
   /** @param {Pending} next @param {unknown} thrown */
   async function onRefused(next, thrown) {
+    const unlabelled = withoutMissingLabel(next, thrown);
     if (asCommand(next.command) === null) {
       edits.forget(next);
       undo.onRefused(next, thrown);
       await refresh();
     } else if (thrown instanceof ApiError && thrown.code === 'stale') {
       await conflicts.handle(next, thrown.details.current ?? [], thrown.details.by ?? {});
-    } else if (withoutMissingLabel(next, thrown) !== null) {
-      edits.replace(/** @type {Pending} */ (withoutMissingLabel(next, thrown)));
+    } else if (unlabelled !== null) {
+      edits.replace(unlabelled);
       toast(`The new track has no label yet. ${errorMessage(thrown)}`, { tone: 'bad', stays: true });
     } else {
       edits.forget(next);
-      const why = thrown instanceof ApiError ? thrown.message : errorMessage(thrown);
-      toast(`${commandName(next.command.name)} was not possible. ${withTrackNames(why, store.get().review?.docs ?? {})}`, { tone: 'bad' });
+      const why = withTrackNames(errorMessage(thrown), store.get().review?.docs ?? {});
+      toast(`${commandName(next.command.name)} was not possible. ${why}`, { tone: 'bad' });
     }
     edits.show();
   }
@@ -285,10 +287,7 @@ export function createEditor({
       edits.ready = true;
       store.dispatch(changeReview, { seq: annotation.seq });
       edits.show();
-      if (unsent.length)
-        toast(
-          `${unsent.length} change${unsent.length === 1 ? '' : 's'} of an earlier visit ${unsent.length === 1 ? 'is' : 'are'} being saved.`,
-        );
+      if (unsent.length) toast(`${plural(unsent.length, 'change')} of an earlier visit ${unsent.length === 1 ? 'is' : 'are'} being saved.`);
       applyEarly(early);
       if (edits.isOutdated) void refreshHistory();
       void send();

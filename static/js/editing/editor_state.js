@@ -19,10 +19,7 @@ import { asCommand, withCounterparts, applyPending, createStep } from './pending
  */
 const MAX_KNOWN_STEPS = 200;
 
-/**
- * @param {import('../state-types.js').Store} store
- * @param {import('./outbox.js').Outbox} outbox
- */
+/** @param {import('../state-types.js').Store} store @param {import('./outbox.js').Outbox} outbox */
 export function createEditorState(store, outbox) {
   const initial = () => ({
     ready: false,

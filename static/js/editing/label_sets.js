@@ -66,16 +66,23 @@ export function createLabelSets({ store, api, author, notify, onChanged = () => 
     if (hasChanged) onChanged();
   }
 
-  /** @param {string} set @param {LabelChange} change */
-  async function sendChange(set, change) {
-    try {
-      const answer = await api.changeLabels(set, author(), change);
-      ownVersions.add(`${set} ${answer.version}`);
-      return answer;
-    } finally {
+  /**
+   * Note the version that a change of this page makes. Its event can arrive before the answer.
+   * @template {{version: number}} T
+   * @param {string} set
+   * @param {Promise<T>} request
+   * @returns {Promise<T>}
+   */
+  function ownChange(set, request) {
+    const done = request
+      .then((answer) => {
+        ownVersions.add(`${set} ${answer.version}`);
+        return answer;
+      })
       // also after a refusal: its cause may be a change by somebody else that has not arrived yet
-      await reload().catch(() => {});
-    }
+      .finally(() => reload().catch(() => {}));
+    changing = Promise.allSettled([changing, done]).then(() => {});
+    return done;
   }
 
   return {
@@ -97,15 +104,8 @@ export function createLabelSets({ store, api, author, notify, onChanged = () => 
     },
     async change(change, set = labelSetKey(store.get())) {
       if (set === null) throw new ApiError(0, 'offline', 'The label sets are not loaded yet. Try again in a moment.');
-      const request = sendChange(set, change);
-      changing = Promise.allSettled([changing, request]).then(() => {});
-      return request;
+      return ownChange(set, api.changeLabels(set, author(), change));
     },
-    async importFile(set, file, create) {
-      const answer = await api.importLabels(set, file, author(), create);
-      ownVersions.add(`${set} ${answer.version}`);
-      await reload().catch(() => {});
-      return answer;
-    },
+    importFile: (set, file, create) => ownChange(set, api.importLabels(set, file, author(), create)),
   };
 }

@@ -6,7 +6,7 @@
  * @typedef {object} NoteDrafts
  * @property {(run: string, key: string) => string} get        the draft; empty: none
  * @property {(run: string, key: string, text: string) => void} set   an empty text removes the draft
- * @property {(listener: () => void, signal: AbortSignal) => void} onChange      called after each `keep`, until the signal is aborted
+ * @property {(listener: () => void, signal: AbortSignal) => void} onChange      called after each `set`, until the signal is aborted
  */
 
 /**
@@ -42,7 +42,7 @@ export function createNoteDrafts(storage) {
         if (draft === '') storage().removeItem(name);
         else storage().setItem(name, draft);
       } catch {
-        // Storage is disabled or full: the draft stays in `known`.
+        // Storage is disabled or full: the draft stays in `drafts`.
       }
       for (const listener of listeners) listener();
     },

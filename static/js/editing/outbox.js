@@ -39,10 +39,7 @@ const STORE_NAME = 'pending';
 /** The store of version 1, which sorted by the clock. */
 const OLD_STORE_NAME = 'outbox';
 
-/**
- * @param {IDBFactory} [factory]
- * @returns {Outbox}
- */
+/** @param {IDBFactory} [factory] @returns {Outbox} */
 export function createOutbox(factory = globalThis.indexedDB) {
   /** @type {Promise<IDBDatabase>|null} */
   let opened = null;

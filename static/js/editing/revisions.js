@@ -25,6 +25,9 @@ export function docOf(review, key) {
   return emptyDoc({ track: id, first: review.tracks.first[at], last: review.tracks.last[at] }, review.run?.state !== 'complete');
 }
 
+/** The document of the selected track; null: no track is selected. @param {ReviewState|null} review */
+export const selectedDoc = (review) => (review?.selected ? docOf(review, review.selected) : null);
+
 /**
  * Documents of all tracks that a command touches.
  * @param {ReviewState} review
@@ -32,11 +35,6 @@ export function docOf(review, key) {
  * @returns {Record<string, TrackDoc>}
  */
 export function docsFor(review, command) {
-  /** @type {Record<string, TrackDoc>} */
-  const docs = {};
-  for (const key of touchedKeys(command)) {
-    const doc = docOf(review, key);
-    if (doc) docs[key] = doc;
-  }
-  return docs;
+  const docs = touchedKeys(command).flatMap((key) => docOf(review, key) ?? []);
+  return Object.fromEntries(docs.map((doc) => [doc.key, doc]));
 }

@@ -42,10 +42,7 @@ export function withoutMissingLabel(next, thrown) {
 /** @param {number} attempts   so far @returns {number} ms until the next one */
 export const retryDelay = (attempts) => RETRY_DELAYS_MS[Math.min(attempts, RETRY_DELAYS_MS.length - 1)];
 
-/**
- * Pauses that can be ended early, all at once.
- * @returns {{sleep: (ms: number) => Promise<void>, wake: () => void}}
- */
+/** Pauses that can be ended early, all at once. @returns {{sleep: (ms: number) => Promise<void>, wake: () => void}} */
 export function createWakeableSleep() {
   let waking = new AbortController();
   return {

@@ -19,7 +19,7 @@ import { commandName, describeUndone, withTrackNames, STILL_OPENING } from './co
  * @param {object} parts
  * @param {import('../state-types.js').Store} parts.store
  * @param {import('./editor_state.js').EditorState} parts.edits
- * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} parts.toast
+ * @param {import('../core/toast.js').Notify} parts.toast
  * @param {(command: {name: 'undo'|'redo', op_id: string}, about: UndoTarget, gesture?: undefined, op_id?: string) => string} parts.enqueue   returns its op_id
  * @param {() => Promise<void>} parts.refresh
  */

@@ -22,12 +22,7 @@ export const UNKNOWN_TARGET = Object.freeze({ op_id: '', name: '', frame: null, 
 /** The history before the server has answered. @type {UndoHistory} */
 export const UNKNOWN_HISTORY = Object.freeze({ done: [], undone: [], hasEarlier: true, hasLater: true });
 
-/**
- * The next target; null: none.
- * @param {UndoHistory} history
- * @param {'undo'|'redo'} what
- * @returns {UndoTarget|null}
- */
+/** The next target; null: none. @param {UndoHistory} history @param {'undo'|'redo'} what @returns {UndoTarget|null} */
 export function nextTarget(history, what) {
   const [list, more] = what === 'undo' ? [history.done, history.hasEarlier] : [history.undone, history.hasLater];
   return list.at(-1) ?? (more ? UNKNOWN_TARGET : null);

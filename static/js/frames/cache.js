@@ -29,7 +29,7 @@ const MAX_CONCURRENT_LOADS = 5;
 export function createFrameCache(api, video, { maxBytes = MAX_BYTES, decode = (blob) => createImageBitmap(blob) } = {}) {
   /** @type {Map<number, Picture>} */
   const pictures = new Map();
-  /** @type {Map<number, {promise: Promise<Picture>, abort: AbortController, preview: boolean}>} */
+  /** Pending loads. A load of a preview has the width 0. @type {Map<number, {promise: Promise<Picture>, abort: AbortController, width: number}>} */
   const loads = new Map();
   /** @type {number[]} */
   let queue = [];
@@ -67,10 +67,11 @@ export function createFrameCache(api, video, { maxBytes = MAX_BYTES, decode = (b
   /** @param {number} frame @param {boolean} [preview] */
   function startLoad(frame, preview = false) {
     const known = loads.get(frame);
-    if (known && (preview || !known.preview)) return known.promise;
+    const requestedWidth = width;
+    const loadWidth = preview ? 0 : requestedWidth;
+    if (known && known.width >= loadWidth) return known.promise;
     known?.abort.abort();
     const abort = new AbortController();
-    const requestedWidth = width;
     const promise = (async () => {
       const { blob, ordinal, exact } = await api.frame(video, frame, { width: requestedWidth, preview, signal: abort.signal });
       if (abort.signal.aborted) throw new DOMException('The picture is no longer wanted.', 'AbortError');
@@ -96,7 +97,7 @@ export function createFrameCache(api, video, { maxBytes = MAX_BYTES, decode = (b
         startQueued();
       });
     promise.catch(() => {});
-    loads.set(frame, { promise, abort, preview });
+    loads.set(frame, { promise, abort, width: loadWidth });
     return promise;
   }
 

@@ -4,10 +4,7 @@
 import { createFrameCache } from './cache.js';
 import { createPlayer } from './player.js';
 
-/**
- * @param {import('../state-types.js').Store} store
- * @param {import('../api/client.js').Api} api
- */
+/** @param {import('../state-types.js').Store} store @param {import('../api/client.js').Api} api */
 export function createFrames(store, api) {
   /** @type {import('./player.js').Player|null} */
   let player = null;

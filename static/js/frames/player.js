@@ -13,6 +13,7 @@
  * @typedef {(picture: Picture, isBrief: boolean) => void} Paint
  */
 import { ApiError, isRetryable, errorMessage } from '../api/errors.js';
+import { covers } from '../model/run_progress.js';
 import { hideBanner, showBanner } from '../store/actions/page.js';
 import { setPlaying, setShown, seek } from '../store/actions/review.js';
 
@@ -27,7 +28,7 @@ const SCRUB_PAUSE_MS = 180;
 const MAX_PREVIEW_WAIT_MS = 400;
 /** Delay before a failed picture is requested again, ms. */
 const RETRY_DELAY_MS = 1000;
-/** The largest delay of playback before its clock is set back, s. */
+/** The longest time that a frame may be overdue before the clock of playback is set back, s. */
 const MAX_LAG_S = 0.12;
 
 /**
@@ -36,7 +37,6 @@ const MAX_LAG_S = 0.12;
  * @property {(paint: Paint) => void} setPainter   sets the function that paints a picture
  * @property {(width: number) => void} setWidth
  * @property {(speed: number) => void} setSpeed
- * @property {() => number} speed
  * @property {() => {frames: number, late: number}} tally      since playing began
  * @property {() => void} destroy
  */
@@ -190,14 +190,14 @@ export function createPlayer(
     started ??= { media: timebase.secondsAt(review.frame), clock: now() };
     const mediaTime = started.media + ((now() - started.clock) / 1000) * speed;
     let nextFrame = Math.max(review.frame, timebase.frameAt(mediaTime));
-    while (nextFrame > review.frame && !(cache.peek(nextFrame) && (review.overlays[nextFrame] || !isCovered(review, nextFrame))))
+    while (nextFrame > review.frame && !(cache.peek(nextFrame) && (review.overlays[nextFrame] || !covers(review.run, nextFrame))))
       nextFrame--;
     if (nextFrame > review.frame) {
       stalled = 0;
       tally = { frames: tally.frames + 1, late: tally.late + (timebase.frameAt(mediaTime) > nextFrame ? 1 : 0) };
       store.dispatch(seek, nextFrame);
     }
-    if (mediaTime - timebase.secondsAt(nextFrame) > MAX_LAG_S + 1 / 25) {
+    if (mediaTime - timebase.secondsAt(nextFrame + 1) > MAX_LAG_S) {
       // too slow: continue from here instead of skipping frames
       started = { media: timebase.secondsAt(nextFrame), clock: now() };
       // a failed prefetch is not repeated: request the frame itself, so that its error is shown
@@ -230,7 +230,6 @@ export function createPlayer(
       speed = value;
       started = null;
     },
-    speed: () => speed,
     tally: () => tally,
     destroy() {
       ended = true;
@@ -239,11 +238,6 @@ export function createPlayer(
       cache.clear();
     },
   };
-}
-
-/** Whether the run's results cover a frame. @param {import('../state-types.js').ReviewState} review @param {number} frame */
-function isCovered({ run }, frame) {
-  return run !== null && run.first <= frame && frame < run.first + run.frames_done;
 }
 
 /** @param {unknown} thrown @returns {boolean} whether the load was cancelled */

@@ -5,7 +5,7 @@
  */
 
 import { keyFramesOf } from './documents.js';
-import { shownSpan } from './effective.js';
+import { lastFrameIn, shownSpan } from './effective.js';
 import { area } from './geometry.js';
 import { shownSpans } from './shown_spans.js';
 
@@ -44,7 +44,7 @@ export function clearestFrame(doc, tracks, picture = { width: Infinity, height: 
  * @param {import('../types.js').TrackColumns} tracks
  */
 function engineViews(doc, tracks) {
-  const runs = shownSpans(doc, (id) => tracks.last[tracks.id.indexOf(id)] ?? null);
+  const runs = shownSpans(doc, lastFrameIn(tracks));
   return doc.segments.flatMap(({ track, first, last }) => {
     const at = tracks.id.indexOf(track);
     const clearest = tracks.clearest[at];

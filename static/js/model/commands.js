@@ -10,18 +10,14 @@
  * @typedef {{author: string, time: string}} Person   for notes; time in ISO 8601
  */
 import { CommandError, requireValue } from './command_error.js';
-import { blankDoc, emptyDoc, isEmpty, nonDefaultFields, withKey } from './documents.js';
+import { blankDoc, emptyDoc, isEmpty, newKeyFrame, nonDefaultFields, stateOf, withKey } from './documents.js';
 import { deleteFrom, follow, interpolate, removeKey, setAttribute, setOutside, visibleBox } from './key_commands.js';
 import { relabelTrack } from './relabel.js';
 import { merge, split } from './track_commands.js';
 
 export { CommandError };
 
-/**
- * Keys of the tracks that a command reads or changes.
- * @param {Command} command
- * @returns {string[]}
- */
+/** Keys of the tracks that a command reads or changes. @param {Command} command @returns {string[]} */
 export function touchedKeys(command) {
   const newKeys = command.name === 'split' && command.new_key ? [command.new_key] : [];
   return [...new Set([command.key, ...(command.others ?? []), ...newKeys])];
@@ -82,10 +78,7 @@ function whyGone(doc) {
   return `Track ${doc.key} is deleted. Restore it first.`;
 }
 
-/**
- * @param {TrackDoc} doc
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @returns {TrackDoc} */
 function restore(doc) {
   if (!doc.gone) throw new CommandError(`Track ${doc.key} is not deleted.`);
   if (doc.merged_into !== null) throw new CommandError(whyGone(doc));
@@ -93,12 +86,7 @@ function restore(doc) {
   return { ...doc, gone: false };
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {Command} command
- * @param {Person} person
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {Command} command @param {Person} person @returns {TrackDoc} */
 function changeTrack(doc, command, person) {
   const { frame } = command;
   switch (command.name) {
@@ -151,42 +139,22 @@ function changeTrack(doc, command, person) {
   }
 }
 
-/**
- * @param {Record<string, TrackDoc>} docs
- * @param {Command} command
- * @returns {TrackDoc}
- */
+/** @param {Record<string, TrackDoc>} docs @param {Command} command @returns {TrackDoc} */
 function create(docs, command) {
   const { key, frame } = command;
   if (docs[key]) throw new CommandError(`There is a track ${key} already.`);
   if (!key.startsWith('h')) throw new CommandError('A new track has a key that starts with h.');
-  const first = {
-    box: requireValue(command.box, 'box'),
-    occluded: false,
-    outside: false,
-    interpolate: true,
-    class_id: null,
-    followed: false,
-  };
+  const first = newKeyFrame({ ...stateOf(), interpolate: true }, requireValue(command.box, 'box'));
   return { ...blankDoc(key), class_id: command.class_id ?? null, keys: { [frame]: first } };
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {boolean} ignore
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {boolean} ignore @returns {TrackDoc} */
 function setIgnore(doc, ignore) {
   const { ignore: _before, ...others } = doc;
   return { ...others, ...nonDefaultFields({ ignore }) };
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {Command} command
- * @param {Person} person
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {Command} command @param {Person} person @returns {TrackDoc} */
 function addNote(doc, command, person) {
   const id = requireValue(command.note_id, 'note_id');
   if (doc.notes.some((n) => n.id === id)) throw new CommandError('There is a note of that name already.');
@@ -194,10 +162,7 @@ function addNote(doc, command, person) {
   return { ...doc, notes: [...doc.notes, note] };
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {Command} command
- */
+/** @param {TrackDoc} doc @param {Command} command */
 function requireNote(doc, command) {
   if (!doc.notes.some((n) => n.id === command.note_id)) {
     throw new CommandError('There is no such note (any more).');

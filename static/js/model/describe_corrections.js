@@ -2,6 +2,7 @@
 /** Describes people's corrections of a track, as a whole and in a frame. Pure. */
 
 import { keyFramesOf, lastKey, keyFrameBoxAt } from './documents.js';
+import { listNames } from './track_name.js';
 
 /**
  * @param {import('../types.js').TrackDoc} doc
@@ -48,7 +49,6 @@ export function describeLabels(doc, engine, nameOf, word = null) {
     const { class_id } = doc.keys[frame];
     return class_id === null || class_id === (doc.class_id ?? engine) ? [] : [`${nameOf(class_id)} in frame ${frame}`];
   });
-  const more = boxLabels.length > MAX_NAMED_FRAMES ? ` and ${boxLabels.length - MAX_NAMED_FRAMES} more` : '';
-  if (boxLabels.length) sentences.push(`Single boxes have other labels: ${boxLabels.slice(0, MAX_NAMED_FRAMES).join(', ')}${more}.`);
+  if (boxLabels.length) sentences.push(`Single boxes have other labels: ${listNames(boxLabels, MAX_NAMED_FRAMES)}.`);
   return sentences.length ? sentences.join(' ') : null;
 }

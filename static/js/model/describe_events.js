@@ -1,7 +1,7 @@
 // @ts-check
 /** The events of a track in plain sentences, from its lane. Pure. */
 
-import { count, figure } from './format.js';
+import { count, figure, plural } from './format.js';
 
 /** @typedef {import('../types.js').TrackLane} TrackLane */
 /** @typedef {{frame: number, kind: string, text: string}} Sentence   `text` begins in lower case and does not name the frame */
@@ -18,19 +18,15 @@ const TYPICAL_FACTORS = { symmetry: 1.5, bits: 8, position: 3 };
  */
 export function eventSentences(lane) {
   /** @type {Sentence[]} */
-  const found = [];
-  const reported = new Set();
-  const kinds = new Set();
-  for (const event of lane.events) {
-    reported.add(event.frame);
-    kinds.add(event.kind);
-    found.push({ frame: event.frame, kind: event.kind, text: shorten(event.text, lane.id) });
-  }
+  const found = lane.events.map(({ frame, kind, text }) => ({ frame, kind, text: shorten(text, lane.id) }));
+  const reported = new Set(lane.events.map(({ frame }) => frame));
+  const kinds = new Set(lane.events.map(({ kind }) => kind));
   for (let i = 0; i < lane.frame.length; i += 1) {
     const frame = lane.frame[i];
     if (i === 0 && !kinds.has('born')) found.push({ frame, kind: 'born', text: birth(lane) });
     if (lane.confident[i] === false && !reported.has(frame)) found.push({ frame, kind: 'rejected', text: rejection(lane, i) });
-    if (lane.unlearned[i] > 0) found.push({ frame, kind: 'unlearned', text: unlearning(lane, i) });
+    if (lane.unlearned[i] > 0)
+      found.push({ frame, kind: 'unlearned', text: `the online detector unlearned ${plural(lane.unlearned[i], 'sample')}` });
     if (i > 0 && i === lane.frame.length - 1 && !kinds.has('died')) found.push({ frame, kind: 'ended', text: 'last frame of the track' });
   }
   return found.sort((a, b) => a.frame - b.frame);
@@ -101,10 +97,7 @@ export function describeSource(lane, i) {
   return `Score ${shortNumber(score)} = detector ${shortNumber(raw)} ${score < raw ? '-' : '+'} prior ${shortNumber(Math.abs(score - raw))}.`;
 }
 
-/**
- * @param {TrackLane} lane
- * @param {number} i
- */
+/** @param {TrackLane} lane @param {number} i */
 function rejection(lane, i) {
   const reason = `L = ${shortNumber(lane.l_positive[i])} ${relationSign(lane.l_positive[i], lane.tau)} ${shortNumber(lane.tau)}, ${decidingFactor(lane, i)}`;
   const probability = lane.probability[i];
@@ -116,12 +109,7 @@ function rejection(lane, i) {
   return `prediction rejected, ${reason}; ${answer}`;
 }
 
-/**
- * The factor with the largest weight.
- *
- * @param {TrackLane} lane
- * @param {number} i
- */
+/** The factor with the largest weight. @param {TrackLane} lane @param {number} i */
 function decidingFactor(lane, i) {
   const symmetry = lane.symmetry[i] ?? 0;
   const bits = lane.hash_distance[i] ?? 0;
@@ -138,12 +126,6 @@ function decidingFactor(lane, i) {
 function birth(lane) {
   const score = lane.score[0];
   return score === null ? 'the track begins' : `the track begins with a detection, score ${shortNumber(score)}`;
-}
-
-/** @param {TrackLane} lane @param {number} i */
-function unlearning(lane, i) {
-  const count = lane.unlearned[i];
-  return `the online detector unlearned ${count} ${count === 1 ? 'sample' : 'samples'}`;
 }
 
 /**

@@ -2,19 +2,9 @@
 /** Names, states and progress of runs as text. Pure functions. */
 
 import { runPercent } from './run_progress.js';
-import { count, figure, moment, plural, timeLeft } from './format.js';
+import { capitalized, count, figure, moment, plural, timeLeft } from './format.js';
 
 /** @typedef {import('../types.js').Run} Run */
-
-/** @type {Record<Run['state'], string>} */
-const STATES = {
-  queued: 'waiting',
-  running: 'running',
-  complete: 'complete',
-  failed: 'failed',
-  cancelled: 'cancelled',
-  interrupted: 'interrupted',
-};
 
 /** @type {Record<Run['state'], string>} */
 const TONES = {
@@ -28,36 +18,21 @@ const TONES = {
 
 /** @param {Run} run @returns {string} one line for lists */
 export function runTitle(run) {
-  const state =
-    run.state === 'complete'
-      ? runInexact(run)
-        ? ' (not exact)'
-        : ''
-      : run.state === 'running'
-        ? ` (${runPercent(run)})`
-        : ` (${STATES[run.state]})`;
-  return `${runName(run)}${state}`;
+  const state = run.state === 'running' ? runPercent(run) : run.state !== 'complete' ? runState(run) : runInexact(run) ? 'not exact' : '';
+  return `${runName(run)}${state && ` (${state})`}`;
 }
 
 /** The name of a run, without its state. @param {Run} run @returns {string} `Run 1 · 21 Nov 2026, 06:20` */
-export function runName(run) {
-  return `${run.name || runKind(run)} · ${moment(run.created)}`;
-}
+export const runName = (run) => `${run.name || runKind(run)} · ${moment(run.created)}`;
 
 /** The origin of its tracks. @param {Run} run @returns {string} `Preset default`, `What-if`, `Imported` */
-export function runKind({ kind, preset }) {
-  return kind === 'whatif' ? 'What-if' : kind === 'imported' ? 'Imported' : `Preset ${preset}`;
-}
+export const runKind = ({ kind, preset }) => (kind === 'whatif' ? 'What-if' : kind === 'imported' ? 'Imported' : `Preset ${preset}`);
 
 /** @param {Run} run @returns {string} */
-export function runState(run) {
-  return STATES[run.state];
-}
+export const runState = ({ state }) => (state === 'queued' ? 'waiting' : state);
 
 /** @param {Run} run @returns {string} CSS class of a badge */
-export function runTone(run) {
-  return TONES[run.state];
-}
+export const runTone = ({ state }) => TONES[state];
 
 /** @param {Run} run @returns {string} its progress in words */
 export function runProgress(run) {
@@ -73,8 +48,7 @@ export function runProgress(run) {
       .filter(Boolean)
       .join(' · ');
   if (run.state === 'failed') return run.error ?? 'The run failed without saying why; the terminal of the server has more.';
-  if (run.state === 'cancelled') return `Cancelled after ${plural(run.frames_done, 'frame')}. It can be resumed from there.`;
-  return `Interrupted after ${plural(run.frames_done, 'frame')}. It can be resumed from there.`;
+  return `${capitalized(run.state)} after ${plural(run.frames_done, 'frame')}. It can be resumed from there.`;
 }
 
 /** The pixels that a replay lacked: its results may differ from a run with these parameters. @param {Run} run @returns {string} empty: nothing */

@@ -15,6 +15,7 @@
  * @property {Float32Array} votes         count x classes, cumulative over the classes of a frame; NaN: no votes yet
  * @property {{low: number, high: number}} domain   range of the axis of L_positive
  */
+import { upperBound } from './binary_search.js';
 import { logDomain } from './gate_lane.js';
 
 const SERIES = /** @type {const} */ ([
@@ -30,10 +31,7 @@ const SERIES = /** @type {const} */ ([
 ]);
 /** @typedef {typeof SERIES[number]} SeriesName */
 
-/**
- * @param {TrackLane} lane
- * @returns {DetailColumns}
- */
+/** @param {TrackLane} lane @returns {DetailColumns} */
 export function detailColumns(lane) {
   const count = lane.frame.length;
   const series = /** @type {Record<SeriesName, Float32Array>} */ ({});
@@ -71,16 +69,7 @@ export function detailColumns(lane) {
  * @param {number} frame
  * @returns {number} -1: none
  */
-export function lastIndexAt(frames, frame) {
-  let low = 0;
-  let high = frames.length;
-  while (low < high) {
-    const middle = (low + high) >>> 1;
-    if (frames[middle] <= frame) low = middle + 1;
-    else high = middle;
-  }
-  return low - 1;
-}
+export const lastIndexAt = (frames, frame) => upperBound(frames, frame) - 1;
 
 /** The range of finite values. Values that mean "could not be judged" do not stretch the axis. @param {Float32Array} values @returns {[number, number]} */
 function rangeOf(values) {

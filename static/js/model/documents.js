@@ -29,11 +29,7 @@ export function emptyDoc(span, open = false) {
   return { ...blankDoc(`m${track}`), segments: [{ track, first, last: open ? OPEN_END : last }] };
 }
 
-/**
- * A document without boxes.
- * @param {string} key
- * @returns {TrackDoc}
- */
+/** A document without boxes. @param {string} key @returns {TrackDoc} */
 export function blankDoc(key) {
   return {
     key,
@@ -50,6 +46,13 @@ export function blankDoc(key) {
 }
 
 /**
+ * The last frame of a part of an engine track; of one that may still grow, the last so far.
+ * @param {Segment} part
+ * @param {(track: number) => number|null} [lastOf]   last frame so far of a track
+ */
+export const lastFrameOf = ({ track, first, last }, lastOf) => (last < OPEN_END ? last : Math.max(first, lastOf?.(track) ?? first));
+
+/**
  * The engine's track whose label applies if people give none; null: none.
  * @param {TrackDoc} doc
  * @returns {number|null}
@@ -58,11 +61,7 @@ export function originTrack(doc) {
   return doc.key.startsWith('m') ? Number(doc.key.slice(1)) : (doc.segments[0]?.track ?? null);
 }
 
-/**
- * Key frames in order.
- * @param {TrackDoc} doc
- * @returns {number[]}
- */
+/** Key frames in order. @param {Pick<TrackDoc, 'keys'>} doc @returns {number[]} */
 export function keyFramesOf(doc) {
   return Object.keys(doc.keys)
     .map(Number)
@@ -71,41 +70,27 @@ export function keyFramesOf(doc) {
 
 /**
  * The last key frame at or before a frame.
- * @param {TrackDoc} doc
+ * @param {Pick<TrackDoc, 'keys'>} doc
  * @param {number} frame
  * @returns {number|null}
  */
-export function lastKey(doc, frame) {
-  return (
-    keyFramesOf(doc)
-      .filter((k) => k <= frame)
-      .at(-1) ?? null
-  );
-}
+export const lastKey = (doc, frame) => keyFramesOf(doc).findLast((k) => k <= frame) ?? null;
 
 /**
- * The first key frame after a frame.
- * @param {TrackDoc} doc
+ * The content of the last key frame at or before a frame.
+ * @param {Pick<TrackDoc, 'keys'>} doc
  * @param {number} frame
- * @returns {number|null}
+ * @returns {KeyFrame|undefined}
  */
-export function nextKey(doc, frame) {
-  return keyFramesOf(doc).find((k) => k > frame) ?? null;
-}
+export const keyAt = (doc, frame) => doc.keys[lastKey(doc, frame) ?? -1];
 
 /**
- * The last key frame before a frame.
- * @param {TrackDoc} doc
- * @param {number} frame
- * @returns {number|null}
+ * A key frame without a label of its own.
+ * @param {ReturnType<typeof stateOf>} state
+ * @param {Box|null} [box]
+ * @returns {KeyFrame}
  */
-export function prevKey(doc, frame) {
-  return (
-    keyFramesOf(doc)
-      .filter((k) => k < frame)
-      .at(-1) ?? null
-  );
-}
+export const newKeyFrame = (state, box = null) => ({ box, ...state, class_id: null, followed: false });
 
 /**
  * The box from key frames alone: a key frame's own, or interpolated between two; null: none.
@@ -115,12 +100,12 @@ export function prevKey(doc, frame) {
  */
 export function keyFrameBoxAt(doc, frame) {
   const frames = keyFramesOf(doc);
-  const before = frames.filter((k) => k <= frame).at(-1);
+  const before = frames.findLast((k) => k <= frame);
   if (before === undefined || doc.keys[before].outside) return null;
   const box = doc.keys[before].box;
   if (before === frame && box !== null) return box;
   if (!doc.keys[before].interpolate) return null;
-  const start = frames.filter((k) => k <= frame && doc.keys[k].box !== null).at(-1);
+  const start = frames.findLast((k) => k <= frame && doc.keys[k].box !== null);
   const end = frames.find((k) => k > frame && (doc.keys[k].box !== null || doc.keys[k].outside));
   if (start === undefined || end === undefined) return null;
   const a = doc.keys[start].box;
@@ -134,26 +119,20 @@ export function keyFrameBoxAt(doc, frame) {
 
 /**
  * The state that holds from a key frame up to the next one, without fields at their defaults.
- * @param {KeyFrame|null|undefined} key
+ * @param {KeyFrame} [key]   unset: the state before the first key frame
  */
 export function stateOf(key) {
   const { occluded = false, outside = false, interpolate = false, attributes = {} } = key ?? {};
   return { occluded, outside, interpolate, ...nonDefaultFields({ attributes }) };
 }
 
-/**
- * @param {ReturnType<typeof stateOf>} a
- * @param {ReturnType<typeof stateOf>} b
- */
+/** @param {ReturnType<typeof stateOf>} a @param {ReturnType<typeof stateOf>} b */
 export function sameState(a, b) {
   const same = a.occluded === b.occluded && a.outside === b.outside && a.interpolate === b.interpolate;
   return same && sameAttributes(a.attributes, b.attributes);
 }
 
-/**
- * @param {Attributes} [a]
- * @param {Attributes} [b]
- */
+/** @param {Attributes} [a] @param {Attributes} [b] */
 export function sameAttributes(a = {}, b = {}) {
   const names = Object.keys(a);
   return names.length === Object.keys(b).length && names.every((name) => Object.hasOwn(b, name) && a[name] === b[name]);
@@ -180,16 +159,8 @@ export function withAttributes(item, attributes) {
   return /** @type {T} */ ({ ...others, ...nonDefaultFields({ attributes }) });
 }
 
-/**
- * The attributes of a track in a frame.
- * @param {TrackDoc} doc
- * @param {number} frame
- * @returns {Attributes}
- */
-export function attributesAt(doc, frame) {
-  const before = lastKey(doc, frame);
-  return { ...doc.attributes, ...(before === null ? {} : doc.keys[before].attributes) };
-}
+/** The attributes of a track in a frame. @param {TrackDoc} doc @param {number} frame @returns {Attributes} */
+export const attributesAt = (doc, frame) => ({ ...doc.attributes, ...keyAt(doc, frame)?.attributes });
 
 /**
  * The document with a key frame: the existing one, else the state that holds there, with changes.
@@ -201,10 +172,9 @@ export function attributesAt(doc, frame) {
 export function withKey(doc, frame, changes) {
   let present = doc.keys[frame];
   if (!present) {
-    const before = lastKey(doc, frame);
-    const state = stateOf(before === null ? null : doc.keys[before]);
-    if (before === null) state.interpolate = doc.segments.length === 0;
-    present = { box: null, ...state, class_id: null, followed: false };
+    const before = keyAt(doc, frame);
+    const state = stateOf(before);
+    present = newKeyFrame(before ? state : { ...state, interpolate: doc.segments.length === 0 });
   }
   return { ...doc, keys: { ...doc.keys, [frame]: { ...present, ...changes } } };
 }
@@ -218,18 +188,13 @@ export function withKey(doc, frame, changes) {
 export function showsFrom(doc, frame) {
   const starts = [frame, ...keyFramesOf(doc).filter((k) => k > frame)];
   return starts.some((start, i) => {
-    const keyBefore = lastKey(doc, start);
-    if (keyBefore !== null && doc.keys[keyBefore].outside) return false;
+    if (keyAt(doc, start)?.outside) return false;
     const following = starts[i + 1] ?? Infinity;
     return keyFrameBoxAt(doc, start) !== null || doc.segments.some((s) => s.last >= start && s.first < following);
   });
 }
 
-/**
- * Whether the track has nothing in any frame.
- * @param {TrackDoc} doc
- * @returns {boolean}
- */
+/** Whether the track has nothing in any frame. @param {TrackDoc} doc @returns {boolean} */
 export function isEmpty(doc) {
   return doc.segments.length === 0 && !Object.values(doc.keys).some((key) => key.box !== null && !key.outside);
 }
@@ -241,12 +206,7 @@ export function isEmpty(doc) {
  */
 export const verdictOf = (doc) => (doc.not_a_sign ? 'rejected' : doc.review);
 
-/**
- * @param {TrackDoc} doc
- * @param {number} first
- * @param {number} last
- * @returns {Record<string, KeyFrame>}
- */
+/** @param {TrackDoc} doc @param {number} first @param {number} last @returns {Record<string, KeyFrame>} */
 export function keysWithin(doc, first, last) {
   return Object.fromEntries(Object.entries(doc.keys).filter(([k]) => first <= Number(k) && Number(k) <= last));
 }

@@ -6,9 +6,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {{box: Box, origin: 'engine'|'corrected'|'interpolated', occluded: boolean, class_id: number|null}} EffectiveBox
  */
-import { OPEN_END, originTrack, keyFramesOf, lastKey, keyFrameBoxAt, nextKey, prevKey } from './documents.js';
-
-export { keyFramesOf, nextKey, prevKey };
+import { keyAt, originTrack, keyFramesOf, keyFrameBoxAt, lastFrameOf } from './documents.js';
 
 /**
  * The box of a track in a frame, with its origin and its label; null: the track shows nothing there.
@@ -20,15 +18,13 @@ export { keyFramesOf, nextKey, prevKey };
  */
 export function boxAt(doc, frame, engineBox, engineClass) {
   if (doc.gone) return null;
-  const before = lastKey(doc, frame);
-  const state = before === null ? null : doc.keys[before];
+  const state = keyAt(doc, frame);
   if (state?.outside) return null;
   const occluded = state?.occluded ?? false;
   const class_id = labelAt(doc, frame, engineClass);
   const line = keyFrameBoxAt(doc, frame);
   if (line !== null) {
-    const origin = before === frame && state?.box ? 'corrected' : 'interpolated';
-    return { box: line, origin, occluded, class_id };
+    return { box: line, origin: doc.keys[frame]?.box ? 'corrected' : 'interpolated', occluded, class_id };
   }
   const segment = doc.segments.find((s) => s.first <= frame && frame <= s.last);
   const box = segment ? engineBox(segment.track, frame) : null;
@@ -42,9 +38,7 @@ export function boxAt(doc, frame, engineBox, engineClass) {
  * @param {(track: number) => number|null} [engineClass]
  * @returns {number|null}
  */
-export function labelAt(doc, frame, engineClass) {
-  return doc.keys[frame]?.class_id ?? labelOf(doc, engineClass);
-}
+export const labelAt = (doc, frame, engineClass) => doc.keys[frame]?.class_id ?? labelOf(doc, engineClass);
 
 /**
  * The label of a whole track: a person's, else the label of the engine's track that it began as.
@@ -59,6 +53,12 @@ export function labelOf(doc, engineClass) {
 }
 
 /**
+ * A function from engine tracks to their last frames so far; null: not known.
+ * @param {import('../types.js').TrackColumns|null} [tracks]   of the run
+ */
+export const lastFrameIn = (tracks) => (/** @type {number} */ track) => tracks?.last[tracks.id.indexOf(track)] ?? null;
+
+/**
  * First and last frame in which a track can show something; null: none.
  * @param {TrackDoc} doc
  * @param {(track: number) => number|null} [lastOf]   last frame so far, of an engine track that may still grow
@@ -69,10 +69,8 @@ export function spanOf(doc, lastOf) {
   let first = Infinity;
   let last = -Infinity;
   for (const segment of doc.segments) {
-    let end = segment.last;
-    if (end >= OPEN_END) end = Math.max(segment.first, lastOf?.(segment.track) ?? segment.first);
     first = Math.min(first, segment.first);
-    last = Math.max(last, end);
+    last = Math.max(last, lastFrameOf(segment, lastOf));
   }
   for (const frame of keyFramesOf(doc)) {
     const { box, outside } = doc.keys[frame];
@@ -88,7 +86,7 @@ export function spanOf(doc, lastOf) {
  * @param {TrackDoc} doc
  * @param {import('../types.js').TrackColumns|null} [tracks]   of the run
  */
-export const shownSpan = (doc, tracks) => spanOf(doc, (id) => tracks?.last[tracks.id.indexOf(id)] ?? null);
+export const shownSpan = (doc, tracks) => spanOf(doc, lastFrameIn(tracks));
 
 /**
  * The track to show after a change that touched several, at its frame: after a split the later half.

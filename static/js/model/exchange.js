@@ -11,8 +11,6 @@ import { isCorrected } from './corrected.js';
 import { labelOf } from './effective.js';
 import { countFrames, shownSpans } from './shown_spans.js';
 
-export { NO_CLASS };
-
 /** Accepted and edited tracks; false positives are exported separately, because they are no signs. */
 export const DEFAULT_STATES = /** @type {readonly string[]} */ (['edited', 'accepted', 'rejected']);
 
@@ -52,11 +50,7 @@ export const DEFAULT_CHOICE = {
   switches: {},
 };
 
-/**
- * The remembered choice. Invalid fields get their default.
- * @param {string|null} text
- * @returns {ExportChoice}
- */
+/** The remembered choice. Invalid fields get their default. @param {string|null} text @returns {ExportChoice} */
 export function restoreChoice(text) {
   /** @type {any} */
   let stored = null;
@@ -172,34 +166,8 @@ export function countExported(tracks, docs, { states, labels, notInSet, first, l
   return total;
 }
 
-const VIDEO_EXTENSIONS = [
-  'mp4',
-  'm4v',
-  'mov',
-  '3gp',
-  'mkv',
-  'webm',
-  'avi',
-  'ts',
-  'm2ts',
-  'mts',
-  'm2t',
-  'mpg',
-  'mpeg',
-  'vob',
-  'flv',
-  'wmv',
-  'asf',
-  'h264',
-  '264',
-  'avc',
-  'h265',
-  '265',
-  'hevc',
-  'gif',
-  'apng',
-  'webp',
-];
+const VIDEO_EXTENSIONS =
+  'mp4 m4v mov 3gp mkv webm avi ts m2ts mts m2t mpg mpeg vob flv wmv asf h264 264 avc h265 265 hevc gif apng webp'.split(' ');
 /** Video files for a file dialog. Includes endings, because browsers do not know all types. */
 export const VIDEO_FILES = ['video/*', ...VIDEO_EXTENSIONS.map((ending) => `.${ending}`)].join();
 

@@ -32,10 +32,7 @@ import { keyFramesOf } from './documents.js';
 /** Maximum difference between accepted and proposed boxes at each edge, px. */
 const TOLERANCE_PX = 0.5;
 
-/**
- * @param {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>} request
- * @returns {Following}
- */
+/** @param {Pick<Following, 'key'|'anchors'|'only'|'first'|'last'>} request @returns {Following} */
 export const newFollowing = (request) => ({
   ...request,
   id: null,

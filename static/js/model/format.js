@@ -1,6 +1,8 @@
 // @ts-check
 /** Numbers, sizes, times and shares as text: thousands with commas, never with an exponent. Pure. */
 
+import { timeLabel } from './time_axis.js';
+
 /** Smaller numbers are shown as `<0.0001`. */
 const SMALL = 1e-4;
 
@@ -41,12 +43,11 @@ export function bytes(bytes) {
 
 /** @param {number|null|undefined} seconds @returns {string} `0:12`, `1:02:03` */
 export function clock(seconds) {
-  if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return '–';
-  const whole = Math.max(0, Math.round(seconds));
-  const [hours, minutes, rest] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
-  const tail = `${String(minutes).padStart(hours ? 2 : 1, '0')}:${String(rest).padStart(2, '0')}`;
-  return hours ? `${hours}:${tail}` : tail;
+  return seconds === null || seconds === undefined || !Number.isFinite(seconds) ? '–' : timeLabel(seconds, 1);
 }
+
+/** @param {string} text */
+export const capitalized = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 /** @param {number|null|undefined} seconds @returns {string} time left in words: `about 2 min left` */
 export function timeLeft(seconds) {

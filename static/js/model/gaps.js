@@ -1,5 +1,6 @@
 // @ts-check
 /** Free space between marks on a line. Pure. */
+import { partitionPoint } from './binary_search.js';
 
 /**
  * The first place where something of a given width fits without touching a mark.
@@ -13,14 +14,8 @@
  * @returns {number|null} its start; null: nowhere
  */
 export function firstGap(from, to, width, count, markAt, markRadius) {
-  let low = 0;
-  for (let high = count; low < high;) {
-    const middle = (low + high) >> 1;
-    if (markAt(middle) + markRadius <= from) low = middle + 1;
-    else high = middle;
-  }
   let at = from;
-  for (let i = low; i < count && at + width <= to; i += 1) {
+  for (let i = partitionPoint(0, count, (k) => markAt(k) + markRadius <= from); i < count && at + width <= to; i += 1) {
     const mark = markAt(i);
     if (mark - markRadius >= at + width) break;
     at = Math.max(at, mark + markRadius);

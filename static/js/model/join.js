@@ -6,7 +6,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {[number, number]} Span   first and last frame, both included
  */
-import { OPEN_END, keyFramesOf, keyFrameBoxAt, sameState, stateOf, withAttributes } from './documents.js';
+import { OPEN_END, keyAt, keyFramesOf, keyFrameBoxAt, lastKey, newKeyFrame, sameState, stateOf, withAttributes } from './documents.js';
 
 /**
  * `doc` with the frames of `other` that it does not have itself. Attributes of the whole tracks are merged; those of
@@ -36,16 +36,15 @@ export function join(doc, other) {
     if (!(first in joinedKeys)) {
       const line = keyFrameBoxAt(other, first);
       const start = stateAt(other.keys, first);
-      if (line !== null || !sameState(start, stateBefore)) joinedKeys[first] = { box: line, ...start, class_id: null, followed: false };
+      if (line !== null || !sameState(start, stateBefore)) joinedKeys[first] = newKeyFrame(start, line);
     }
     const edge = keyFrameBoxAt(other, last); // a cut line must end at its interpolated box
-    if (edge !== null && !(last in joinedKeys))
-      joinedKeys[last] = { box: edge, ...stateAt(other.keys, last), class_id: null, followed: false };
+    if (edge !== null && !(last in joinedKeys)) joinedKeys[last] = newKeyFrame(stateAt(other.keys, last), edge);
     endInterpolation(joinedKeys, Infinity);
     for (const k of Object.keys(keys)) if (first <= Number(k) && Number(k) <= last) delete keys[k];
     Object.assign(keys, joinedKeys);
     const changed = !sameState(stateAt(keys, last + 1), stateAfter);
-    if (!(last + 1 in keys) && last < OPEN_END && changed) keys[last + 1] = { box: null, ...stateAfter, class_id: null, followed: false };
+    if (!(last + 1 in keys) && last < OPEN_END && changed) keys[last + 1] = newKeyFrame(stateAfter);
   }
   const joined = {
     ...doc,
@@ -64,7 +63,7 @@ export function join(doc, other) {
  */
 function endInterpolation(keys, frame) {
   let wasInterpolated = false;
-  for (let k = lastKeyFrame(keys, frame); k !== null; k = lastKeyFrame(keys, k - 1)) {
+  for (let k = lastKey({ keys }, frame); k !== null; k = lastKey({ keys }, k - 1)) {
     if (keys[k].interpolate) {
       keys[k] = { ...keys[k], interpolate: false };
       wasInterpolated = true;
@@ -99,33 +98,10 @@ function withLineEnds(doc) {
   return { ...doc, keys };
 }
 
-/**
- * @param {Record<string, KeyFrame>} keys
- * @param {number} frame
- * @returns {number|null}
- */
-function lastKeyFrame(keys, frame) {
-  const found = Object.keys(keys)
-    .map(Number)
-    .filter((k) => k <= frame);
-  return found.length ? Math.max(...found) : null;
-}
+/** The state from the last key frame at or before a frame. @param {Record<string, KeyFrame>} keys @param {number} frame */
+const stateAt = (keys, frame) => stateOf(keyAt({ keys }, frame));
 
-/**
- * The state from the last key frame at or before a frame.
- * @param {Record<string, KeyFrame>} keys
- * @param {number} frame
- */
-function stateAt(keys, frame) {
-  const last = lastKeyFrame(keys, frame);
-  return stateOf(last === null ? null : keys[last]);
-}
-
-/**
- * The frames that a track has, as disjoint spans in order.
- * @param {TrackDoc} doc
- * @returns {Span[]}
- */
+/** The frames that a track has, as disjoint spans in order. @param {TrackDoc} doc @returns {Span[]} */
 export function documentSpans(doc) {
   /** @type {Span[]} */
   const found = doc.segments.map((s) => [s.first, s.last]);
@@ -154,12 +130,7 @@ export function documentSpans(doc) {
   return joined;
 }
 
-/**
- * The parts of spans that no other span covers.
- * @param {Span[]} parts
- * @param {Span[]} others
- * @returns {Span[]}
- */
+/** The parts of spans that no other span covers. @param {Span[]} parts @param {Span[]} others @returns {Span[]} */
 export function subtractSpans(parts, others) {
   for (const [low, high] of others) {
     parts = parts.flatMap(([first, last]) => {

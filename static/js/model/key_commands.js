@@ -10,11 +10,11 @@ import { CommandError, requireValue } from './command_error.js';
 import {
   clipSegments,
   isEmpty,
+  keyAt,
   keyFramesOf,
   keysWithin,
-  lastKey,
   keyFrameBoxAt,
-  nonDefaultFields,
+  newKeyFrame,
   sameAttributes,
   showsFrom,
   stateOf,
@@ -33,22 +33,14 @@ export function visibleBox(doc, command) {
   return box === null ? {} : { box };
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {Command} command
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {Command} command @returns {TrackDoc} */
 export function setAttribute(doc, command) {
   const name = requireValue(command.attribute, 'name of an attribute');
   if (!command.from_here) return withAttribute(doc, name, command.value ?? null, null);
   return withAttribute(withKey(doc, command.frame, visibleBox(doc, command)), name, command.value ?? null, command.frame);
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {number} frame
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {number} frame @returns {TrackDoc} */
 export function deleteFrom(doc, frame) {
   if (!showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} There is nothing to delete.`);
   // a cut line must end at its interpolated box
@@ -61,11 +53,7 @@ export function deleteFrom(doc, frame) {
 /** @param {TrackDoc} doc @param {number} frame */
 const showsNothing = (doc, frame) => `Track ${doc.key} shows nothing from frame ${frame} on.`;
 
-/**
- * @param {TrackDoc} doc
- * @param {Command} command
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {Command} command @returns {TrackDoc} */
 export function setOutside(doc, command) {
   const { frame } = command;
   const outside = command.value === true;
@@ -77,11 +65,7 @@ export function setOutside(doc, command) {
   return after;
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {number} frame
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {number} frame @returns {TrackDoc} */
 export function removeKey(doc, frame) {
   if (!doc.keys[frame]) throw new CommandError(`Frame ${frame} is no key frame of track ${doc.key}.`);
   const { [frame]: _gone, ...keys } = doc.keys;
@@ -90,11 +74,7 @@ export function removeKey(doc, frame) {
   return remaining;
 }
 
-/**
- * @param {TrackDoc} doc
- * @param {Command} command
- * @returns {TrackDoc}
- */
+/** @param {TrackDoc} doc @param {Command} command @returns {TrackDoc} */
 export function interpolate(doc, command) {
   const first = requireValue(command.first, 'first');
   const last = requireValue(command.last, 'last');
@@ -128,23 +108,11 @@ export function follow(doc, command) {
   /** @param {number} k */
   const inside = (k) => first <= k && k <= last;
   const changes = frames.filter((k, at) => !sameAttributes(doc.keys[k].attributes, doc.keys[frames[at - 1]]?.attributes));
-  const after = lastKey(doc, last);
-  const isInterpolatedAfter = after === null ? doc.segments.length === 0 : doc.keys[after].interpolate;
+  const isInterpolatedAfter = keyAt(doc, last)?.interpolate ?? doc.segments.length === 0;
   /** @type {Record<string, KeyFrame>} */
   const keys = Object.fromEntries(Object.entries(doc.keys).filter(([k, key]) => !(inside(Number(k)) && key.followed)));
   for (const frame of new Set([...boxes.keys(), ...[...changes, ...Object.keys(keys).map(Number)].filter(inside)])) {
-    const before = lastKey(doc, frame);
-    const { occluded, attributes } = stateOf(before === null ? null : doc.keys[before]);
-    const newKeyFrame = {
-      box: null,
-      occluded,
-      outside: false,
-      interpolate: false,
-      class_id: null,
-      followed: false,
-      ...nonDefaultFields({ attributes }),
-    };
-    const keyFrame = keys[frame] ?? newKeyFrame;
+    const keyFrame = keys[frame] ?? newKeyFrame({ ...stateOf(keyAt(doc, frame)), outside: false });
     const entry = boxes.get(frame);
     const placed = entry ? { box: entry.box, followed: !entry.anchor } : {};
     keys[frame] = { ...keyFrame, ...placed, interpolate: frame < last || isInterpolatedAfter };

@@ -30,7 +30,7 @@ function foldCase(letter) {
  * @param {string} name
  */
 export function comparable(name) {
-  const folded = [...name.normalize('NFKC')].map(foldCase).join('');
+  const folded = foldText(name);
   return folded.replace(BETWEEN_NUMBERS, '|').replace(IGNORED_CHARACTERS, '') || folded;
 }
 

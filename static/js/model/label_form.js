@@ -103,51 +103,45 @@ function attributeOf({ name, kind, mutable, values, low, high, start }) {
 }
 
 /**
+ * The fields of a label with the input of the form.
+ * @param {LabelForm} form
+ * @returns {Record<string, unknown>}
+ * @throws {Error} a sentence
+ */
+function fieldsOf(form) {
+  const name = form.name.trim();
+  if (name === '') throw new Error('Give it a name.');
+  return {
+    name,
+    short: form.short.trim(),
+    aliases: lines(form.aliases),
+    shape: form.shape,
+    category: form.category,
+    teach: form.teach,
+    colour: form.colour.trim().toLowerCase() || null,
+    attributes: form.attributes.map(attributeOf),
+    pinned: form.pinned === '' ? null : Number(form.pinned),
+    size_mm: numberOf(form.size_mm, 'The width'),
+    mirror: form.mirror.trim() || null,
+  };
+}
+
+/**
  * @param {Label|null} label   the present label; null: a new one
  * @param {LabelForm} form
  * @returns {{change: LabelChange|null}|{error: string}}   null: nothing has changed
  */
 export function changeOf(label, form) {
   try {
-    const name = form.name.trim();
-    if (name === '') return { error: 'Give it a name.' };
-    /** @type {Record<string, unknown>} */
-    const fields = {
-      name,
-      short: form.short.trim(),
-      aliases: lines(form.aliases),
-      shape: form.shape,
-      category: form.category,
-      teach: form.teach,
-      colour: form.colour.trim().toLowerCase() || null,
-      attributes: form.attributes.map(attributeOf),
-      pinned: form.pinned === '' ? null : Number(form.pinned),
-      size_mm: numberOf(form.size_mm, 'The width'),
-      mirror: form.mirror.trim() || null,
-    };
+    const fields = fieldsOf(form);
     if (label === null) {
       const key = form.key.trim();
       return { change: { type: 'add', ...fields, ...(key ? { key } : {}) } };
     }
-    const changed = Object.entries(fields).filter(
-      ([field, value]) => JSON.stringify(value) !== JSON.stringify(comparableValue(Reflect.get(label, field))),
-    );
+    const before = fieldsOf(formOf(label));
+    const changed = Object.entries(fields).filter(([field, value]) => JSON.stringify(value) !== JSON.stringify(before[field]));
     return { change: changed.length ? { type: 'update', id: label.id, ...Object.fromEntries(changed) } : null };
   } catch (thrown) {
     return { error: thrown instanceof Error ? thrown.message : String(thrown) };
   }
-}
-
-/** Attributes with their fields in the order of `attributeOf`, for comparison. @param {unknown} value */
-function comparableValue(value) {
-  if (!Array.isArray(value) || typeof value[0] !== 'object') return value;
-  return value.map(({ name, kind, mutable, values, low, high, default: start }) => ({
-    name,
-    kind,
-    mutable,
-    values,
-    low,
-    high,
-    default: start,
-  }));
 }

@@ -7,6 +7,7 @@
  * @typedef {{kind: 'label'|'add'|'none'|'skip', word: string}} Answer   word: the label as typed, if kind is `label`
  */
 import { NO_CLASS } from './documents.js';
+import { capitalized } from './format.js';
 import { labelFinder } from './label_finder.js';
 
 export const ANSWERS = /** @type {const} */ ([
@@ -67,9 +68,6 @@ function findLabel(word, labels) {
     return { error: `${quoted} can be “${ambiguous.name}”, or “${found.label.name}”, which has that number. Write the name, or #${word}.` };
   return { key: found.label.key };
 }
-
-/** @param {string} text */
-const capitalized = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 
 /**
  * Parse a mapping from names of another tool to labels, one per line: `stop sign = 14`, `yield = give way`.

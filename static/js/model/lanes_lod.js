@@ -31,7 +31,8 @@
  * @property {Float32Array[]} uncertainty    by level: largest uncertainty in a bucket
  * @property {number} maxTracks             maximum over all buckets
  */
-import { NO_CLASS } from './documents.js';
+import { partitionPoint } from './binary_search.js';
+import { NO_CLASS, keyFramesOf } from './documents.js';
 import { labelName } from './labels.js';
 import { clamp } from './geometry.js';
 import { packIntervals } from './interval_packing.js';
@@ -39,7 +40,6 @@ import { packIntervals } from './interval_packing.js';
 export const CORRECTED = 3;
 /** @type {Record<TrackDoc['review'], number>} */
 const REVIEW = { open: 0, accepted: 1, rejected: 2, needs_work: 3 };
-export { NO_CLASS };
 /** Minimum distance of two bars in a row, frames. */
 const MIN_BAR_GAP_FRAMES = 4;
 
@@ -169,16 +169,7 @@ function sameExtent(index, key, before, doc) {
  * @param {number} value
  * @returns {number} from..to
  */
-export function lowerBound(values, from, to, value) {
-  let low = from;
-  let high = to;
-  while (low < high) {
-    const middle = (low + high) >>> 1;
-    if (values[middle] < value) low = middle + 1;
-    else high = middle;
-  }
-  return low;
-}
+export const lowerBound = (values, from, to, value) => partitionPoint(from, to, (i) => values[i] < value);
 
 /**
  * The bar at a row and frame.
@@ -274,9 +265,7 @@ function piecesByTrack(lanes) {
  * @param {number[]} keys     is appended to
  */
 function addCorrections(doc, entry, pieces, keys) {
-  const frames = Object.keys(doc.keys)
-    .map(Number)
-    .sort((a, b) => a - b);
+  const frames = keyFramesOf(doc);
   frames.forEach((frame, i) => {
     keys.push(frame);
     const key = doc.keys[frame];

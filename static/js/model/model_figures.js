@@ -8,6 +8,8 @@
  * @typedef {{name: string, title: string, note: string, of: string, rows: FigureRow[]}} FigureGroup
  */
 
+import { capitalized, plural } from './format.js';
+
 /** Names of figures; 1: higher is better, -1: lower is better, 0: neither; whether the figure is a share of 1. */
 const FIGURES = /** @type {Record<string, [string, 1|-1|0, boolean]>} */ ({
   ap50: ['Average precision, IoU 0.5', 1, true],
@@ -81,8 +83,7 @@ function rowsOf(now, before, prefix = '') {
       rows.push(...rowsOf(value, isRecord(before?.[name]) ? before[name] : null, `${readableName(name)}: `));
       continue;
     }
-    if (typeof value !== 'number' || !Number.isFinite(value)) continue;
-    if (COUNTS.includes(name)) continue;
+    if (typeof value !== 'number' || !Number.isFinite(value) || COUNTS.includes(name)) continue;
     const [label, direction, share] = FIGURES[name] ?? [readableName(name), 0, false];
     const old = typeof before?.[name] === 'number' ? before[name] : null;
     rows.push({
@@ -97,12 +98,7 @@ function rowsOf(now, before, prefix = '') {
   return rows;
 }
 
-/**
- * @param {number} now
- * @param {number|null} before
- * @param {1|-1|0} direction
- * @returns {Verdict|null}
- */
+/** @param {number} now @param {number|null} before @param {1|-1|0} direction @returns {Verdict|null} */
 function verdictOf(now, before, direction) {
   if (direction === 0) return null;
   if (before === null) return 'new';
@@ -112,16 +108,14 @@ function verdictOf(now, before, direction) {
 
 /** The amounts of data behind the figures: `150 pictures, 220 signs`. @param {Record<string, any>} now @returns {string} */
 function countsOf(now) {
-  const parts = COUNTS.filter((name) => typeof now[name] === 'number').map(
-    (name) => `${now[name].toLocaleString('en-GB')} ${now[name] === 1 ? name.slice(0, -1) : name}`,
-  );
+  const parts = COUNTS.filter((name) => typeof now[name] === 'number').map((name) => plural(now[name], name.slice(0, -1)));
   if (parts.length) return `${parts.join(', ')}.`;
   const [inner] = Object.values(now).filter(isRecord);
   return inner ? countsOf(inner) : '';
 }
 
 /** @param {string} name */
-const readableName = (name) => name.charAt(0).toUpperCase() + name.slice(1).replaceAll('_', ' ');
+const readableName = (name) => capitalized(name).replaceAll('_', ' ');
 
 /** @param {unknown} value @returns {value is Record<string, any>} */
 const isRecord = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);

@@ -118,10 +118,7 @@ export function scoreRange(entries) {
   return low <= high ? [low, high] : null;
 }
 
-/**
- * @param {readonly TrackEntry[]} entries
- * @returns {QueueCounts}
- */
+/** @param {readonly TrackEntry[]} entries @returns {QueueCounts} */
 export function queueCounts(entries) {
   const counts = { total: entries.length, open: 0, accepted: 0, rejected: 0, needs_work: 0, left: 0 };
   for (const entry of entries) counts[entry.review] += 1;
@@ -129,11 +126,7 @@ export function queueCounts(entries) {
   return counts;
 }
 
-/**
- * @param {TrackEntry} entry
- * @param {QueueFilter} filter
- * @param {readonly Label[]} labels
- */
+/** @param {TrackEntry} entry @param {QueueFilter} filter @param {readonly Label[]} labels */
 function passes(entry, filter, labels) {
   return (
     (filter.class_id === null || resolveLabelId(labels, entry.class_id ?? NO_CLASS) === resolveLabelId(labels, filter.class_id)) &&
@@ -148,11 +141,7 @@ function passes(entry, filter, labels) {
   );
 }
 
-/**
- * @param {TrackEntry} entry
- * @param {string} word
- * @param {readonly Label[]} labels
- */
+/** @param {TrackEntry} entry @param {string} word @param {readonly Label[]} labels */
 function mentions(entry, word, labels) {
   if (entry.name === word || (entry.track !== null && String(entry.track) === word)) return true;
   if (entry.track === null && entry.name.includes(word)) return true;

@@ -53,7 +53,7 @@ export function withAttribute(doc, name, value, frame) {
 function reduceKeyFrames(doc, reduce) {
   /** @type {Record<string, KeyFrame>} */
   const keys = {};
-  let state = stateOf(null);
+  let state = stateOf();
   let stateBefore = state;
   for (const frame of keyFramesOf(doc)) {
     const before = doc.keys[frame];
@@ -74,11 +74,7 @@ function reduceKeyFrames(doc, reduce) {
  */
 const changesState = (key, held) => key.box !== null || key.class_id !== null || !sameState(stateOf(key), held);
 
-/**
- * @param {Attributes|undefined} attributes
- * @param {string} name
- * @returns {AttributeValue|undefined}
- */
+/** @param {Attributes|undefined} attributes @param {string} name @returns {AttributeValue|undefined} */
 const valueOf = (attributes, name) => (attributes && Object.hasOwn(attributes, name) ? attributes[name] : undefined);
 
 /**

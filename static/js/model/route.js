@@ -20,10 +20,7 @@ export const NEXT_TRACK = 'next';
 /** The address that starts the review of a video. @param {string} video */
 export const reviewAddress = (video) => formatRoute({ screen: 'review', video, run: null, frame: null, track: NEXT_TRACK });
 
-/**
- * @param {Route} route
- * @returns {string} begins with `#/`
- */
+/** @param {Route} route @returns {string} begins with `#/` */
 export function formatRoute(route) {
   if (route.screen === 'review') {
     const pairs = [];
@@ -95,10 +92,7 @@ export function isSameView(before, route, run) {
   return before.video === route.video && (before.run === route.run || (before.run ?? run) === route.run);
 }
 
-/**
- * @param {string} query
- * @returns {Record<string, string>}
- */
+/** @param {string} query @returns {Record<string, string>} */
 function pairsOf(query) {
   /** @type {Record<string, string>} */
   const values = {};

@@ -24,6 +24,7 @@
  * @property {string} sort              `uncertainty`, `size` or `edited`
  * @property {string} order             `desc` or `asc`
  */
+import { listNames } from './track_name.js';
 
 /** @type {Readonly<SearchFilters>} */
 export const NO_SEARCH = Object.freeze({
@@ -109,8 +110,7 @@ export function describeMatchedLabels(labels, words, maxNames = Infinity) {
   const names = [...new Set(labels.map(({ name }) => name))];
   const typed = new Set(words.map((word) => word.toLowerCase()));
   if (names.every((name) => typed.has(name.toLowerCase()))) return '';
-  const rest = names.length > maxNames ? ` and ${names.length - maxNames} more` : '';
-  return `${names.length === 1 ? 'Label' : 'Labels'}: ${names.slice(0, maxNames).join(', ')}${rest}.`;
+  return `${names.length === 1 ? 'Label' : 'Labels'}: ${listNames(names, maxNames)}.`;
 }
 
 /** The id of a track across all runs. @param {{run: string, key: string}} track */

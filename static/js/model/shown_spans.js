@@ -5,7 +5,7 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./join.js').Span} Span   first and last frame, both included
  */
-import { OPEN_END, keyFramesOf } from './documents.js';
+import { OPEN_END, keyFramesOf, lastFrameOf } from './documents.js';
 import { documentSpans, subtractSpans } from './join.js';
 
 /** Documents are replaced and never modified, so an edit recomputes only the new ones. @type {WeakMap<TrackDoc, Span[]>} */
@@ -21,9 +21,7 @@ const cache = new WeakMap();
 export function shownSpans(doc, lastOf) {
   if (doc.gone) return [];
   if (doc.segments.some(({ last }) => last >= OPEN_END)) {
-    const segments = doc.segments.map((piece) =>
-      piece.last < OPEN_END ? piece : { ...piece, last: Math.max(piece.first, lastOf?.(piece.track) ?? piece.first) },
-    );
+    const segments = doc.segments.map((piece) => ({ ...piece, last: lastFrameOf(piece, lastOf) }));
     return subtractSpans(documentSpans({ ...doc, segments }), outsideSpans(doc));
   }
   const found = cache.get(doc) ?? subtractSpans(documentSpans(doc), outsideSpans(doc));

@@ -7,8 +7,9 @@
  * @typedef {import('../types.js').TrackDifference} TrackDifference
  * @typedef {import('../types.js').Label} Label
  */
+import { capitalized } from './format.js';
 import { labelName } from './labels.js';
-import { trackName } from './track_name.js';
+import { listNames, trackName } from './track_name.js';
 
 const ROLES = /** @type {const} */ (['viewer', 'annotator', 'reviewer', 'admin']);
 /** @typedef {typeof ROLES[number]} Role */
@@ -83,13 +84,7 @@ export function assignedFrames({ first, stop }) {
   return `frames ${first} to ${stop - 1}`;
 }
 
-/**
- * A difference in one line.
- *
- * @param {TrackDifference} difference
- * @param {readonly Label[]} labels
- * @returns {string}
- */
+/** A difference in one line. @param {TrackDifference} difference @param {readonly Label[]} labels @returns {string} */
 export function describeDifference({ what, before, after, more }, labels) {
   const rest = more > 0 ? ` and ${more} more` : '';
   if (what === 'label') return `Label: ${describeLabel(before, labels)} → ${describeLabel(after, labels)}`;
@@ -140,12 +135,10 @@ const boxText = (box) => box.map((value) => Math.round(value * 10) / 10).join(',
 const missing = (list, other) => list.filter((one) => !other.some((same) => JSON.stringify(same) === JSON.stringify(one)));
 /** @param {readonly unknown[]} list */
 const listSome = (list) =>
-  `${list
-    .slice(0, 5)
-    .map((one) => (Array.isArray(one) ? one.slice(1).join('–') : String(one)))
-    .join(', ')}${list.length > 5 ? ` and ${list.length - 5} more` : ''}`;
-/** @param {string} text */
-const capitalized = (text) => text[0].toUpperCase() + text.slice(1);
+  listNames(
+    list.map((one) => (Array.isArray(one) ? one.slice(1).join('–') : String(one))),
+    5,
+  );
 
 /** Decided tracks per hour of work; null: too little data. @param {{decided: number, hours: number}} worker */
 export const tracksPerHour = ({ decided, hours }) => (hours >= 0.05 && decided > 0 ? Math.round(decided / hours) : null);

@@ -5,22 +5,19 @@
  *
  * @typedef {import('../types.js').FrameTableData} FrameTableData
  */
+import { upperBound } from './binary_search.js';
 
 /**
  * @typedef {object} Timebase
  * @property {number} frames
  * @property {(frame: number) => number} secondsAt   presentation time of a frame relative to the first one, s
  * @property {(seconds: number) => number} frameAt   the frame on screen at a time: the last one shown at or before it
- * @property {(frame: number) => boolean} isKey
  * @property {(frame: number) => boolean} isCorrupt
  * @property {(frame: number) => number|null} nextKey
  * @property {(frame: number) => number|null} previousKey
  */
 
-/**
- * @param {FrameTableData} table
- * @returns {Timebase}
- */
+/** @param {FrameTableData} table @returns {Timebase} */
 export function createTimebase(table) {
   const unit = table.time_base[0] / table.time_base[1];
   // one row per run of equal steps: its first frame, the ticks at that frame, ticks per frame
@@ -57,25 +54,8 @@ export function createTimebase(table) {
       const row = Math.max(0, upperBound(ticks, tick) - 1);
       return Math.min(table.frames - 1, starts[row] + Math.floor((tick - ticks[row]) / strides[row]));
     },
-    isKey: (frame) => keys[upperBound(keys, frame) - 1] === frame,
     isCorrupt: (frame) => corrupt[upperBound(corrupt, frame) - 1] === frame,
     nextKey: (frame) => keys[upperBound(keys, frame)] ?? null,
     previousKey: (frame) => keys[upperBound(keys, frame - 1) - 1] ?? null,
   };
-}
-
-/**
- * Index after the last value <= `value`.
- * @param {ArrayLike<number>} values ascending
- * @param {number} value
- */
-function upperBound(values, value) {
-  let low = 0;
-  let high = values.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (values[middle] <= value) low = middle + 1;
-    else high = middle;
-  }
-  return low;
 }

@@ -12,9 +12,10 @@ import {
   blankDoc,
   clipSegments,
   isEmpty,
+  keyAt,
   keysWithin,
-  lastKey,
   keyFrameBoxAt,
+  newKeyFrame,
   nonDefaultFields,
   stateOf,
   withKey,
@@ -56,12 +57,9 @@ export function split(docs, doc, command) {
   if (at !== null && !doc.keys[frame]) doc = withKey(doc, frame, { box: at });
   if (before !== null && !doc.keys[frame - 1]) doc = withKey(doc, frame - 1, { box: before });
   const later = keysWithin(doc, frame, Infinity);
-  const keyBefore = lastKey(doc, frame);
-  if (keyBefore !== null && keyBefore < frame) {
-    const state = stateOf(doc.keys[keyBefore]);
-    if (state.occluded || state.outside || state.attributes) {
-      later[frame] = { box: null, class_id: null, followed: false, ...state, interpolate: false };
-    }
+  if (!doc.keys[frame]) {
+    const state = stateOf(keyAt(doc, frame));
+    if (state.occluded || state.outside || state.attributes) later[frame] = newKeyFrame({ ...state, interpolate: false });
   }
   /** @type {TrackDoc} */
   const laterDoc = {

@@ -76,12 +76,7 @@ function buildEntries(tracks, docs) {
   return entries.concat(humanEntries);
 }
 
-/**
- * @param {TrackColumns} tracks
- * @param {number} i
- * @param {string} key
- * @returns {TrackEntry}
- */
+/** @param {TrackColumns} tracks @param {number} i @param {string} key @returns {TrackEntry} */
 function engineEntry(tracks, i, key) {
   return {
     key,

@@ -26,6 +26,7 @@
  * @property {string|null} [runner_up_word]
  * @property {number} runner_up_share  0 without a runner-up
  */
+import { partitionPoint, upperBound } from './binary_search.js';
 import { NO_CLASS } from './documents.js';
 import { eventSentences } from './describe_events.js';
 import { trackName } from './track_name.js';
@@ -136,10 +137,8 @@ function piecesOf(segments, lanes) {
   const found = [];
   for (const { track, first, last } of segments) {
     const lane = lanes[track];
-    let from = 0;
-    while (from < lane.frame.length && lane.frame[from] < first) from += 1;
-    let to = from;
-    while (to < lane.frame.length && lane.frame[to] <= last) to += 1;
+    const from = partitionPoint(0, lane.frame.length, (i) => lane.frame[i] < first);
+    const to = upperBound(lane.frame, last);
     if (from < to) found.push({ lane, from, to });
   }
   return found;

@@ -22,10 +22,6 @@ export function trackName(key, doc) {
   return first === undefined ? 'made by hand' : `drawn at ${first}`;
 }
 
-/**
- * The first of many names, and the number of the rest.
- * @param {readonly string[]} names
- * @param {number} maxCount
- */
+/** The first of many names, and the number of the rest. @param {readonly string[]} names @param {number} maxCount */
 export const listNames = (names, maxCount) =>
   names.slice(0, maxCount).join(', ') + (names.length > maxCount ? ` and ${names.length - maxCount} more` : '');

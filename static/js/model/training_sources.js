@@ -1,5 +1,6 @@
 // @ts-check
 /** The sources of a retraining, in words. Pure. */
+import { plural } from './format.js';
 
 /**
  * The present review of a video.
@@ -34,7 +35,7 @@ export const defaultChoice = (sources) =>
 export function describeReview({ accepted, rejected, left, edit_revision }) {
   const parts = [
     `${accepted} accepted`,
-    rejected > 0 && `${rejected} false positive${rejected === 1 ? '' : 's'}`,
+    rejected > 0 && plural(rejected, 'false positive'),
     left > 0 && `${left} undecided, not used unless edited`,
   ];
   return `${parts.filter(Boolean).join(', ')}${edit_revision > 0 ? ` · up to edit ${edit_revision}` : ''}`;

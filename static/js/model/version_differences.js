@@ -7,6 +7,7 @@
  * @typedef {{frame: number, saved: Box|null, mine: Box|null}} Difference   null: no box, or not loaded
  */
 import { boxAt } from './effective.js';
+import { clamp } from './geometry.js';
 
 /** Maximum number of pictures to compare. */
 export const MAX_DIFFERENCES = 3;
@@ -61,7 +62,6 @@ export function regionAround(boxes, width, height) {
     Math.max(MIN_REGION_HEIGHT_PX, REGION_SCALE * Math.max(bottom - top, (right - left) / ASPECT)),
   );
   const wide = tall * ASPECT;
-  /** @param {number} middle @param {number} side @param {number} pictureSide */
-  const startOf = (middle, side, pictureSide) => Math.max(0, Math.min(middle - side / 2, pictureSide - side));
-  return { x: startOf((left + right) / 2, wide, width), y: startOf((top + bottom) / 2, tall, height), width: wide, height: tall };
+  const x = clamp((left + right - wide) / 2, 0, width - wide);
+  return { x, y: clamp((top + bottom - tall) / 2, 0, height - tall), width: wide, height: tall };
 }

@@ -4,8 +4,8 @@
 import { attributeRows } from '../model/attributes.js';
 import { labelAt } from '../model/effective.js';
 import { labelFor } from '../model/labels.js';
-import { docOf } from '../editing/revisions.js';
-import { engineClass, shownTrack } from '../review/shown_tracks.js';
+import { selectedDoc } from '../editing/revisions.js';
+import { engineClass, selectedTrack } from '../review/shown_tracks.js';
 import { toast } from '../core/toast.js';
 import { editSelected, needsTrack, onReview, operation } from './helpers.js';
 
@@ -20,7 +20,7 @@ const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9];
  */
 export function selectedAttributes(state) {
   const { review, labels } = state;
-  const doc = review?.selected ? docOf(review, review.selected) : null;
+  const doc = selectedDoc(review);
   if (!review || !doc) return [];
   const id = labelAt(doc, review.frame, (track) => engineClass(review, track));
   return attributeRows(labelFor(labels, id), doc, review.frame);
@@ -34,8 +34,7 @@ export function selectedAttributes(state) {
  * @param {boolean} fromHere   from this frame on; otherwise in the whole track
  */
 export function setAttribute(app, name, value, fromHere) {
-  const { review } = app.store.get();
-  const shown = fromHere && review?.selected ? shownTrack(review, review.selected) : null;
+  const shown = fromHere ? selectedTrack(app.store.get().review) : null;
   const box = shown === null || shown.origin === 'engine' ? {} : { box: shown.box };
   return editSelected(app, { name: 'attribute', attribute: name, value, from_here: fromHere, ...box });
 }
@@ -44,7 +43,7 @@ export function setAttribute(app, name, value, fromHere) {
  * Check or uncheck a checkbox attribute of the selected track.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {number} digit
- * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [notify]
+ * @param {import('../core/toast.js').Notify} [notify]
  */
 export function toggleAttribute(app, digit, notify = toast) {
   const row = selectedAttributes(app.store.get()).find((one) => one.digit === digit);

@@ -2,10 +2,10 @@
 /** Changing boxes and tracks. */
 
 import { toast } from '../core/toast.js';
-import { docOf } from '../editing/revisions.js';
+import { selectedDoc } from '../editing/revisions.js';
 import { deletedTracks } from '../model/deleted.js';
 import { labelOf } from '../model/effective.js';
-import { normalizeBox } from '../model/geometry.js';
+import { normalizeBox, sizeOf } from '../model/geometry.js';
 import { trackName } from '../model/track_name.js';
 import { engineClass, shownTracks } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
@@ -13,7 +13,7 @@ import { frameCount, select, setMode, applyTrackClick } from '../store/actions/r
 import { editSelected, needsBox, needsLoadedBoxes, needsRun, needsTrack, newKey, onReview, operation } from './helpers.js';
 import { keyFramesAround, interpolate, keyFrameRemedy, missingKeyFrame, needsKeyFrames, setKeyFrame, toggleState } from './key_frames.js';
 import { merge } from './merge.js';
-import { createTrack, resizeSelectedBox, moveSelectedBox, pictureSize } from './place_box.js';
+import { createTrack, resizeSelectedBox, moveSelectedBox } from './place_box.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -30,8 +30,7 @@ export function neighbour(state, direction) {
   const { review } = state;
   if (!review) return null;
   const keys = shownTracks(review)
-    .map(({ key, box }) => ({ key, x: box[0] }))
-    .sort((a, b) => a.x - b.x)
+    .sort((a, b) => a.box[0] - b.box[0])
     .map(({ key }) => key);
   const at = keys.indexOf(review.selected ?? '');
   return keys[at < 0 ? (direction > 0 ? 0 : keys.length - 1) : at + direction] ?? null;
@@ -49,6 +48,10 @@ const ARROWS = /** @type {const} */ ([
   ['Up', 0, -1, '↑'],
   ['Down', 0, 1, '↓'],
 ]);
+
+/** A key that changes the selected box. @param {string} id @param {string} label @param {string} key @param {(app: App) => void} run */
+const boxKey = (id, label, key, run) =>
+  operation({ id: id.toLowerCase(), label, keys: [key], group: 'Box by keyboard', repeats: true, disabled: needsBox, run });
 
 /** @type {import('../page-types.js').Operation[]} */
 export const boxes = [
@@ -104,7 +107,7 @@ export const boxes = [
     run: (app) => {
       const new_key = newKey();
       const { review } = app.store.get();
-      const doc = review?.selected ? docOf(review, review.selected) : null;
+      const doc = selectedDoc(review);
       const class_id = review && doc ? labelOf(doc, (track) => engineClass(review, track)) : null;
       // the cursor is in the later half, and the next edit (another class, a verdict) is meant for that half
       if (editSelected(app, { name: 'split', new_key, class_id })) app.store.dispatch(select, new_key);
@@ -119,9 +122,7 @@ export const boxes = [
     group: GROUP,
     tooltip: 'Keep this box, or release it. If the track has no box here, its nearest one is copied (K)',
     disabled: needsLoadedBoxes,
-    run: (app) => {
-      setKeyFrame(app);
-    },
+    run: (app) => setKeyFrame(app),
   }),
   operation({
     id: 'interpolate',
@@ -222,33 +223,9 @@ export const boxes = [
     run: (app) => selectNeighbour(app, -1),
   }),
   ...ARROWS.flatMap(([name, dx, dy, arrow]) => [
-    operation({
-      id: `move-${name.toLowerCase()}`,
-      label: `Move the box ${arrow}`,
-      keys: [`Arrow${name}`],
-      group: 'Box by keyboard',
-      repeats: true,
-      disabled: needsBox,
-      run: (app) => moveSelectedBox(app, dx, dy),
-    }),
-    operation({
-      id: `move-10-${name.toLowerCase()}`,
-      label: `Move the box 10 px ${arrow}`,
-      keys: [`Shift+Arrow${name}`],
-      group: 'Box by keyboard',
-      repeats: true,
-      disabled: needsBox,
-      run: (app) => moveSelectedBox(app, 10 * dx, 10 * dy),
-    }),
-    operation({
-      id: `grow-${name.toLowerCase()}`,
-      label: `Resize the box ${arrow}`,
-      keys: [`Alt+Arrow${name}`],
-      group: 'Box by keyboard',
-      repeats: true,
-      disabled: needsBox,
-      run: (app) => resizeSelectedBox(app, dx, dy),
-    }),
+    boxKey(`move-${name}`, `Move the box ${arrow}`, `Arrow${name}`, (app) => moveSelectedBox(app, dx, dy)),
+    boxKey(`move-10-${name}`, `Move the box 10 px ${arrow}`, `Shift+Arrow${name}`, (app) => moveSelectedBox(app, 10 * dx, 10 * dy)),
+    boxKey(`grow-${name}`, `Resize the box ${arrow}`, `Alt+Arrow${name}`, (app) => resizeSelectedBox(app, dx, dy)),
   ]),
   operation({
     id: 'new-box',
@@ -264,15 +241,8 @@ export const boxes = [
       const { x, y, zoom } = review.viewport;
       const halfHeight = Math.max(12, 24 / Math.max(zoom, 0.1));
       const halfWidth = halfHeight / (review.viewport.stretch ?? 1);
-      createTrack(
-        app,
-        {
-          key: newKey(),
-          frame: review.frame,
-          box: normalizeBox([x - halfWidth, y - halfHeight, x + halfWidth, y + halfHeight], pictureSize(app.store.get())),
-        },
-        null,
-      );
+      const box = normalizeBox([x - halfWidth, y - halfHeight, x + halfWidth, y + halfHeight], sizeOf(review.video));
+      createTrack(app, { key: newKey(), frame: review.frame, box }, null);
     },
   }),
 ];

@@ -1,12 +1,12 @@
 // @ts-check
 /** Following a sign through the video, and accepting the proposals. */
 
-import { docOf } from '../editing/revisions.js';
+import { docOf, selectedDoc } from '../editing/revisions.js';
 import { proposedFrameCount, isInProgress, anchorsAround, requestFrom, requestWith } from '../model/following.js';
 import { trackEntries } from '../model/track_entries.js';
 import { trackName } from '../model/track_name.js';
 import { knownBox } from '../review/known_box.js';
-import { shownTrack } from '../review/shown_tracks.js';
+import { selectedTrack } from '../review/shown_tracks.js';
 import { cutFollowing, seek, setPlaying } from '../store/actions/review.js';
 import { toast } from '../core/toast.js';
 import { keyFrameRemedy, missingKeyFrame, needsKeyFrames } from './key_frames.js';
@@ -27,19 +27,15 @@ const needsProposals = (state) => {
   return isInProgress(following) ? 'Nothing is proposed yet.' : 'Nothing is proposed: press Escape.';
 };
 
-/**
- * Follow the selected track from its box in this frame.
- * @param {App} app
- * @param {'forward'|'backward'|null} only
- */
+/** Follow the selected track from its box in this frame. @param {App} app @param {'forward'|'backward'|null} only */
 function follow(app, only) {
   const { review } = app.store.get();
-  const shown = review?.selected ? shownTrack(review, review.selected) : null;
-  if (!review?.selected || !shown) return;
+  const shown = selectedTrack(review);
+  if (!review || !shown) return;
   const anchor = { frame: review.frame, box: shown.box };
   const current = review.following;
-  if (current?.key === review.selected && only === null) app.following.start(requestWith(current, anchor));
-  else app.following.start(requestFrom(docOf(review, review.selected), review.selected, anchor, only));
+  if (current?.key === shown.key && only === null) app.following.start(requestWith(current, anchor));
+  else app.following.start(requestFrom(docOf(review, shown.key), shown.key, anchor, only));
 }
 
 /**
@@ -86,8 +82,7 @@ function extend(app, end) {
 /** The boxes that a person set before and after the cursor. @param {State} state */
 function anchorsAroundCursor({ review }) {
   if (!review?.selected) return null;
-  const doc = docOf(review, review.selected);
-  const { before, after } = anchorsAround(doc, review.frame + 0.5);
+  const { before, after } = anchorsAround(selectedDoc(review), review.frame + 0.5);
   return before && after ? [before, after] : null;
 }
 

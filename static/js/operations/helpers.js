@@ -8,40 +8,25 @@
  * @typedef {import('../types.js').Command} Command
  */
 import { reviewNotice } from '../model/review_notice.js';
-import { areBoxesLoading, shownTrack } from '../review/shown_tracks.js';
+import { areBoxesLoading, selectedTrack } from '../review/shown_tracks.js';
 import { randomId } from '../core/random_id.js';
 
 /** @param {State} state */
 export const onReview = (state) => state.route.screen === 'review' && state.review?.timebase != null && reviewNotice(state) === 'none';
 
 /** Editing needs a run, because edits belong to a run. @param {State} state @returns {string|null} */
-export function needsRun(state) {
-  if (!state.review?.run) return 'Run the engine on this video first, or choose “Annotate by hand”.';
-  return null;
-}
+export const needsRun = ({ review }) => (review?.run ? null : 'Run the engine on this video first, or choose “Annotate by hand”.');
 
 /** @param {State} state @returns {string|null} */
 export const needsTrack = (state) => needsRun(state) ?? (state.review?.selected ? null : 'Select a track first.');
 
-/** @param {State} state @returns {string|null} */
-export function needsBox(state) {
-  const missing = needsTrack(state);
-  if (missing) return missing;
-  const { review } = state;
-  return review?.selected && shownTrack(review, review.selected)
-    ? null
-    : (needsLoadedBoxes(state) ?? 'The track has no box in this frame.');
-}
-
 /** The reason to wait while it is not known whether the track has a box in this frame. @param {State} state @returns {string|null} */
-export function needsLoadedBoxes(state) {
-  const missing = needsTrack(state);
-  if (missing) return missing;
-  const { review } = state;
-  return review?.selected && areBoxesLoading(review) && !shownTrack(review, review.selected)
-    ? 'The boxes of this frame are still loading.'
-    : null;
-}
+export const needsLoadedBoxes = (state) =>
+  needsTrack(state) ??
+  (state.review && areBoxesLoading(state.review) && !selectedTrack(state.review) ? 'The boxes of this frame are still loading.' : null);
+
+/** @param {State} state @returns {string|null} */
+export const needsBox = (state) => needsLoadedBoxes(state) ?? (selectedTrack(state.review) ? null : 'The track has no box in this frame.');
 
 /**
  * An operation with defaults: on the review screen, never disabled, once per key press.

@@ -3,12 +3,12 @@
 
 import { toast } from '../core/toast.js';
 import { docOf } from '../editing/revisions.js';
-import { keyFramesOf } from '../model/documents.js';
+import { keyAt, keyFramesOf } from '../model/documents.js';
 import { shownSpan } from '../model/effective.js';
 import { normalizeBox, sizeOf } from '../model/geometry.js';
 import { knownBox } from '../review/known_box.js';
 import { nearestBox } from '../review/nearest_box.js';
-import { shownTrack } from '../review/shown_tracks.js';
+import { selectedTrack, shownTrack } from '../review/shown_tracks.js';
 import { seek, setPlaying } from '../store/actions/review.js';
 import { editSelected, needsLoadedBoxes, needsTrack } from './helpers.js';
 import { editWithNotice } from './unseen.js';
@@ -20,9 +20,7 @@ import { editWithNotice } from './unseen.js';
 function isSetAtCursor(state, what) {
   const { review } = state;
   const doc = review?.selected ? review.docs[review.selected] : undefined;
-  if (!doc || !review) return false;
-  const before = keyFramesOf(doc).findLast((k) => k <= review.frame);
-  return before === undefined ? false : doc.keys[before][what];
+  return doc && review ? (keyAt(doc, review.frame)?.[what] ?? false) : false;
 }
 
 /**
@@ -35,7 +33,7 @@ function isSetAtCursor(state, what) {
  */
 export function toggleState(app, name, what) {
   const state = app.store.get();
-  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+  const shown = selectedTrack(state.review);
   const box = shown === null || shown.origin === 'engine' ? null : shown.box;
   editSelected(app, { name, value: !isSetAtCursor(state, what), box });
 }
@@ -57,7 +55,7 @@ export function keyFramesAround(state) {
 /**
  * Set or remove a key frame at the cursor. If the track has no box here, its nearest box is copied, with a notice.
  * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
- * @param {import('./unseen.js').Notify} [notify]
+ * @param {import('../core/toast.js').Notify} [notify]
  */
 export function setKeyFrame(app, notify = toast) {
   const { review } = app.store.get();
@@ -78,7 +76,7 @@ export function setKeyFrame(app, notify = toast) {
  * a notice says what has happened.
  *
  * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
- * @param {import('./unseen.js').Notify} [notify]
+ * @param {import('../core/toast.js').Notify} [notify]
  */
 export function interpolate(app, notify = toast) {
   const state = app.store.get();
@@ -112,7 +110,7 @@ export function missingKeyFrame(state) {
 /**
  * Go to the frame that lacks a key frame and set it.
  * @param {Pick<App, 'store'|'edit'> & Partial<Pick<App, 'editor'>>} app
- * @param {import('./unseen.js').Notify} [notify]
+ * @param {import('../core/toast.js').Notify} [notify]
  */
 export function setMissingKeyFrame(app, notify = toast) {
   const state = app.store.get();

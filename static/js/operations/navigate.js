@@ -6,7 +6,7 @@ import { playOrPause, seek, select, setPlaying, step } from '../store/actions/re
 import { clearestFrame } from '../model/clearest.js';
 import { spanOf } from '../model/effective.js';
 import { sizeOf } from '../model/geometry.js';
-import { docOf } from '../editing/revisions.js';
+import { docOf, selectedDoc } from '../editing/revisions.js';
 import { keyFramesOf } from '../model/documents.js';
 import { trackName } from '../model/track_name.js';
 import { toast } from '../core/toast.js';
@@ -16,9 +16,6 @@ import { followingAssignment } from './team.js';
 /** @typedef {import('../page-types.js').App} App */
 
 const GROUP = 'Time';
-
-/** @param {App} app @param {number} by */
-const stepBy = (app, by) => app.store.dispatch(step, by);
 
 /** @param {App} app @param {number|null|undefined} frame */
 const seekTo = (app, frame) => {
@@ -63,7 +60,7 @@ function stepInQueue(app, direction) {
  * stays: a key frame of the video would look like one of the track.
  * @param {App} app
  * @param {1|-1} direction
- * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [notify]
+ * @param {import('../core/toast.js').Notify} [notify]
  */
 export function stepToKeyFrame(app, direction, notify = toast) {
   const { review } = app.store.get();
@@ -80,18 +77,12 @@ export function stepToKeyFrame(app, direction, notify = toast) {
   else seekTo(app, found);
 }
 
+/** A step over some frames. @param {{id: string, label: string, short?: string, keys: string[], icon: string}} fields @param {number} by */
+const stepOperation = (fields, by) => operation({ ...fields, group: GROUP, repeats: true, run: (app) => app.store.dispatch(step, by) });
+
 /** @type {import('../page-types.js').Operation[]} */
 export const navigation = [
-  operation({
-    id: 'previous-frame',
-    label: 'Previous frame',
-    short: 'Previous',
-    keys: ['D'],
-    icon: 'step_back',
-    group: GROUP,
-    repeats: true,
-    run: (app) => stepBy(app, -1),
-  }),
+  stepOperation({ id: 'previous-frame', label: 'Previous frame', short: 'Previous', keys: ['D'], icon: 'step_back' }, -1),
   operation({
     id: 'play',
     label: 'Play or pause',
@@ -101,35 +92,9 @@ export const navigation = [
     group: GROUP,
     run: (app) => app.store.dispatch(playOrPause),
   }),
-  operation({
-    id: 'next-frame',
-    label: 'Next frame',
-    short: 'Next',
-    keys: ['F'],
-    icon: 'step_forward',
-    group: GROUP,
-    repeats: true,
-    run: (app) => stepBy(app, 1),
-  }),
-  operation({
-    id: 'back-10',
-    label: 'Back 10',
-    keys: ['C'],
-    icon: 'skip_back',
-    group: GROUP,
-    repeats: true,
-    run: (app) => stepBy(app, -10),
-  }),
-  operation({
-    id: 'on-10',
-    label: 'Forward 10',
-    short: 'Forward 10',
-    keys: ['V'],
-    icon: 'skip_forward',
-    group: GROUP,
-    repeats: true,
-    run: (app) => stepBy(app, 10),
-  }),
+  stepOperation({ id: 'next-frame', label: 'Next frame', short: 'Next', keys: ['F'], icon: 'step_forward' }, 1),
+  stepOperation({ id: 'back-10', label: 'Back 10', keys: ['C'], icon: 'skip_back' }, -10),
+  stepOperation({ id: 'on-10', label: 'Forward 10', keys: ['V'], icon: 'skip_forward' }, 10),
   operation({
     id: 'next-key',
     label: 'Next key frame',
@@ -213,9 +178,8 @@ export const navigation = [
     group: 'Queue',
     disabled: needsTrack,
     run: (app) => {
-      const { review } = app.store.get();
-      const doc = review?.selected ? docOf(review, review.selected) : null;
-      seekTo(app, doc ? spanOf(doc)?.first : null);
+      const doc = selectedDoc(app.store.get().review);
+      seekTo(app, doc && spanOf(doc)?.first);
     },
   }),
 ];

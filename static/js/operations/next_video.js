@@ -17,7 +17,7 @@ const otherVideos = ({ videos, route }) => openVideos(videos, route.screen === '
  * Open the next video that has open tracks. The list is loaded again, because others review too.
  *
  * @param {Pick<import('../page-types.js').ViewApp, 'store'|'api'|'load'>} app
- * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [notify]
+ * @param {import('../core/toast.js').Notify} [notify]
  */
 export async function openNextVideo({ store, api, load }, notify = toast) {
   try {

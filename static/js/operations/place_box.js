@@ -3,16 +3,12 @@
 
 import { toast } from '../core/toast.js';
 import { moveBox, normalizeBox, sizeOf } from '../model/geometry.js';
-import { shownTrack } from '../review/shown_tracks.js';
+import { selectedTrack } from '../review/shown_tracks.js';
 import { askForClass, select, setMode } from '../store/actions/review.js';
 import { newKey } from './helpers.js';
 import { editWithNotice } from './unseen.js';
 
 /** @typedef {import('../page-types.js').App} App */
-/** @typedef {import('../state-types.js').State} State */
-
-/** @param {State} state */
-export const pictureSize = (state) => sizeOf(state.review?.video);
 
 /**
  * Handle a box that a person has placed. For a track that is being followed it is another anchor, and nothing is stored
@@ -22,7 +18,7 @@ export const pictureSize = (state) => sizeOf(state.review?.video);
  * @param {number} frame
  * @param {import('../types.js').Box} box
  * @param {string} [gesture]
- * @param {import('./unseen.js').Notify} [notify]
+ * @param {import('../core/toast.js').Notify} [notify]
  */
 export function putBox(app, key, frame, box, gesture, notify = toast) {
   if (app.store.get().review?.following?.key === key) app.following.correct({ frame, box });
@@ -31,27 +27,22 @@ export function putBox(app, key, frame, box, gesture, notify = toast) {
 
 /** @param {App} app @param {number} dx @param {number} dy */
 export function moveSelectedBox(app, dx, dy) {
-  const state = app.store.get();
-  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-  if (shown && state.review) putBox(app, shown.key, state.review.frame, moveBox(shown.box, dx, dy, pictureSize(state)), 'move');
+  const { review } = app.store.get();
+  const shown = selectedTrack(review);
+  if (shown && review) putBox(app, shown.key, review.frame, moveBox(shown.box, dx, dy, sizeOf(review.video)), 'move');
 }
 
 /** Move the right and lower edges of the box. @param {App} app @param {number} dx @param {number} dy */
 export function resizeSelectedBox(app, dx, dy) {
-  const state = app.store.get();
-  const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
-  if (!shown || !state.review) return;
+  const { review } = app.store.get();
+  const shown = selectedTrack(review);
+  if (!shown || !review) return;
   const [x1, y1, x2, y2] = shown.box;
-  putBox(
-    app,
-    shown.key,
-    state.review.frame,
-    normalizeBox([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], pictureSize(state)),
-    'resize',
-  );
+  const resized = normalizeBox([x1, y1, Math.max(x1 + 2, x2 + dx), Math.max(y1 + 2, y2 + dy)], sizeOf(review.video));
+  putBox(app, shown.key, review.frame, resized, 'resize');
 }
 
-/** Handle a drawn box. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   change the selected track instead of making a new one @param {import('./unseen.js').Notify} [notify] */
+/** Handle a drawn box. @param {Pick<App, 'store'|'edit'|'following'>} app @param {import('../types.js').Box} box @param {boolean} correct   change the selected track instead of making a new one @param {import('../core/toast.js').Notify} [notify] */
 export function handleDrawnBox(app, box, correct, notify = toast) {
   const { review } = app.store.get();
   if (!review) return;

@@ -2,6 +2,7 @@
 /** Notices about edits that put boxes into frames in which neither the engine nor a person saw the sign. */
 
 import { docOf } from '../editing/revisions.js';
+import { lastFrameIn } from '../model/effective.js';
 import { subtractSpans } from '../model/join.js';
 import { countFrames, shownSpans } from '../model/shown_spans.js';
 import { trackName } from '../model/track_name.js';
@@ -12,7 +13,6 @@ import { toast } from '../core/toast.js';
  * @typedef {import('../page-types.js').App} App
  * @typedef {import('../state-types.js').ReviewState} ReviewState
  * @typedef {import('../types.js').TrackDoc} TrackDoc
- * @typedef {(text: string, options?: import('../core/toast.js').ToastOptions) => void} Notify
  */
 
 /**
@@ -22,9 +22,8 @@ import { toast } from '../core/toast.js';
  * @param {import('../types.js').TrackColumns|null} tracks
  */
 export function gainedSpans(before, after, tracks) {
-  const lastOf = (/** @type {number} */ id) => tracks?.last[tracks.id.indexOf(id)] ?? null;
   /** @param {TrackDoc|null} doc */
-  const runs = (doc) => (doc ? [...shownSpans(doc, lastOf)] : []);
+  const runs = (doc) => (doc ? [...shownSpans(doc, lastFrameIn(tracks))] : []);
   return subtractSpans(runs(after), runs(before));
 }
 
@@ -56,7 +55,7 @@ function unseenMessage(name, runs, frame, copied) {
  * @param {Pick<App, 'store'> & Partial<Pick<App, 'editor'>>} app
  * @param {string} key
  * @param {() => boolean} edit   returns whether the edit was made
- * @param {{copied?: number|null, message?: string, notify?: Notify}} [how]   copied: frame from which the box was copied; message: shown in any case
+ * @param {{copied?: number|null, message?: string, notify?: import('../core/toast.js').Notify}} [how]   copied: frame from which the box was copied; message: shown in any case
  * @returns {boolean} whether the edit was made
  */
 export function editWithNotice(app, key, edit, { copied = null, message = '', notify = toast } = {}) {

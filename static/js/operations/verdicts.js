@@ -5,7 +5,7 @@ import { verdictOf } from '../model/documents.js';
 import { labelAt } from '../model/effective.js';
 import { offeredLabels } from '../model/labels.js';
 import { trackName } from '../model/track_name.js';
-import { docOf } from '../editing/revisions.js';
+import { selectedDoc } from '../editing/revisions.js';
 import { engineClass } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
 import { openVideos, reviewedMessage } from '../model/open_videos.js';
@@ -41,12 +41,12 @@ export function setVerdict(app, review, key, verdict) {
  * Give the selected track a label.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {import('../types.js').Label} label
- * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [notify]
+ * @param {import('../core/toast.js').Notify} [notify]
  */
 export function setLabel(app, label, notify = toast) {
   const { review } = app.store.get();
   if (!review?.selected) return;
-  const doc = docOf(review, review.selected);
+  const doc = selectedDoc(review);
   const name = `Track ${trackName(review.selected, review.docs[review.selected])}`;
   if (doc && doc.class_id === label.id && labelAt(doc, review.frame, (track) => engineClass(review, track)) === label.id)
     notify(`${name} is ${label.name} already.`, { topic: 'label' });
@@ -57,7 +57,7 @@ export function setLabel(app, label, notify = toast) {
  * Give the selected track the label that is pinned to a digit.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {string} digit
- * @param {(text: string, options?: import('../core/toast.js').ToastOptions) => void} [notify]
+ * @param {import('../core/toast.js').Notify} [notify]
  */
 export function setPinnedLabel(app, digit, notify = toast) {
   const label = offeredLabels(app.store.get().labels).find(({ pinned }) => String(pinned) === digit);
@@ -70,7 +70,7 @@ export function setPinnedLabel(app, digit, notify = toast) {
  * too many must not revert it.
  * @param {Pick<App, 'store'|'edit'>} app
  * @param {'accepted'|'rejected'|'needs_work'} review
- * @param {(text: string, options: import('../core/toast.js').ToastOptions) => void} [notify]
+ * @param {import('../core/toast.js').Notify} [notify]
  */
 export function judge(app, review, notify = toast) {
   const before = app.store.get();

@@ -1,9 +1,10 @@
 // @ts-check
 /** Layers, zoom, history. */
 
+import { plural } from '../model/format.js';
 import { sizeOf, zoomToBox } from '../model/geometry.js';
 import { formatRoute } from '../model/route.js';
-import { shownTrack } from '../review/shown_tracks.js';
+import { selectedTrack } from '../review/shown_tracks.js';
 import { LAYERS } from '../store/initial.js';
 import { changeLanesView, openDialog } from '../store/actions/page.js';
 import { setViewport, toggleFewLabels, toggleLayer } from '../store/actions/review.js';
@@ -88,11 +89,12 @@ export const view = [
     run: async (app) => {
       app.editor.retry();
       const { unsaved, held } = unsavedOf(app.store.get());
-      if (unsaved > held) toast(`${unsaved - held} change${unsaved - held === 1 ? ' is' : 's are'} on the way to the server.`);
+      const sent = unsaved - held;
+      if (sent > 0) toast(`${plural(sent, 'change')} ${sent === 1 ? 'is' : 'are'} on the way to the server.`);
       await app.editor.settled();
       const left = unsavedOf(app.store.get());
       if (left.unsaved === 0) toast('Everything is saved.', { tone: 'good' });
-      else if (left.held) toast(`${left.held} change${left.held === 1 ? ' waits' : 's wait'} for your decision.`);
+      else if (left.held) toast(`${plural(left.held, 'change')} ${left.held === 1 ? 'waits' : 'wait'} for your decision.`);
     },
   }),
   operation({
@@ -181,7 +183,7 @@ export const view = [
     tooltip: 'Zoom to the selected track; the next tracks of the queue are then centred too (Z)',
     run: (app) =>
       app.store.dispatch((state) => {
-        const shown = state.review?.selected ? shownTrack(state.review, state.review.selected) : null;
+        const shown = selectedTrack(state.review);
         return shown ? setViewport(state, zoomToBox(shown.box, ZOOMED_BOX_SIDE_PX, sizeOf(state.review?.video))) : state;
       }),
   }),

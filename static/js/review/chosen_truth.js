@@ -18,10 +18,7 @@ import { area, contains, iou } from '../model/geometry.js';
 /** The boxes of the ground truth in the cursor's frame, from left to right; none while the layer is hidden. @param {ReviewState} review */
 const shownTruth = (review) => (review.layers.truth ? [...(review.truth[review.frame] ?? [])].sort((a, b) => a.box[0] - b.box[0]) : []);
 
-/**
- * @param {ReviewState} review
- * @returns {ChosenTruth|null} null: none
- */
+/** @param {ReviewState} review @returns {ChosenTruth|null} null: none */
 export function chosenTruth(review) {
   if (!review.layers.truth || review.truthId === null) return null;
   const tracks = shownTracks(review);

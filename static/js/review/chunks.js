@@ -62,23 +62,14 @@ export function createChunks({ store, api }, requests, { truthId, onTruthMissing
       ['overlays', review.run?.id],
       ['secondOverlays', review.second],
     ])) {
-      if (run && !hasOverlays(review, slot, run, first)) loads.push(() => loadOverlays(run, slot, first, end, signal));
+      // evicted ones are requested again
+      if (run && !requests.isRequestedOrStored(`${slot}/${run}/${first}`, (frame) => Boolean(review[slot][frame])))
+        loads.push(() => loadOverlays(run, slot, first, end, signal));
     }
     const id = truthId();
     if (id !== null && review.layers.truth && !requests.isRequested(`truth/${id}/${first}`))
       loads.push(() => loadTruthBoxes(id, first, end, signal));
     return loads;
-  }
-
-  /**
-   * Whether overlays are loaded or requested. Evicted ones are requested again.
-   * @param {NonNullable<State['review']>} review
-   * @param {'overlays'|'secondOverlays'} slot
-   * @param {string} run
-   * @param {number} first
-   */
-  function hasOverlays(review, slot, run, first) {
-    return requests.isRequestedOrStored(`${slot}/${run}/${first}`, (firstFrame) => Boolean(review[slot][firstFrame]));
   }
 
   /**
@@ -108,9 +99,7 @@ export function createChunks({ store, api }, requests, { truthId, onTruthMissing
       `truth/${id}/${first}`,
       signal,
       () => api.truthBoxes(id, first, last, { signal }),
-      (found) => {
-        store.dispatch(putTruth, found, first, last);
-      },
+      (found) => store.dispatch(putTruth, found, first, last),
       () => onTruthMissing(id, signal),
     );
   }

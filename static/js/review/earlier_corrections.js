@@ -23,7 +23,7 @@ const offerName = (run, { run_id, seq }) => `earlier/${run}/${run_id}/${seq}`;
  * @param {Earlier} found
  * @returns {Banner}
  */
-export function offerBanner(run, source, found) {
+function offerBanner(run, source, found) {
   return {
     id: 'earlier',
     tone: 'info',

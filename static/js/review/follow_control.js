@@ -34,7 +34,7 @@ const CORRECTION_DELAY_MS = 150;
 
 /**
  * @param {{store: App['store'], api: Pick<App['api'], 'startFollow'|'findFollow'|'follow'|'dropFollow'>, edit: App['edit'],
- *   author: () => string|null, signal: AbortSignal, toast: (text: string, options?: any) => void,
+ *   author: () => string|null, signal: AbortSignal, toast: import('../core/toast.js').Notify,
  *   sleep?: (ms: number, signal: AbortSignal) => Promise<void>}} setup
  * @returns {FollowControl}
  */
@@ -110,11 +110,15 @@ export function createFollowControl({ store, api, edit, author, signal, toast, s
     toast(errorMessage(thrown), { tone: 'bad' });
   }
 
-  function drop() {
+  function close() {
     const id = current()?.id;
     restartRequests();
-    store.dispatch(setFollowing, null);
     if (id) void api.dropFollow(id).catch(() => {});
+  }
+
+  function drop() {
+    close();
+    store.dispatch(setFollowing, null);
   }
 
   // its drawing may have been undone, or somebody else may have deleted it
@@ -148,10 +152,6 @@ export function createFollowControl({ store, api, edit, author, signal, toast, s
         // if the proposals are needed after all, the user can follow again
       }
     },
-    close() {
-      const id = current()?.id;
-      restartRequests();
-      if (id) void api.dropFollow(id).catch(() => {});
-    },
+    close,
   };
 }

@@ -23,8 +23,6 @@ const MIN_RELOAD_INTERVAL_MS = 1500;
 /** Delay before a failed opening or reload is repeated, ms. */
 const RETRY_DELAY_MS = 2000;
 
-/** @param {unknown} thrown */
-const isOffline = (thrown) => thrown instanceof ApiError && thrown.code === 'offline';
 /** Remove the banners of a review when it is closed. @param {State} state */
 const withoutErrors = (state) => ['review', 'picture', 'earlier'].reduce(hideBanner, state);
 
@@ -49,7 +47,6 @@ function putTracks(state, found) {
  * @property {(run: Run) => void} onProgress       a run has progressed
  * @property {(id: string|null, corrected?: boolean) => void} showSecond   another run's results as a layer, as the engine left them or as people corrected them
  * @property {(id: string|null) => void} showTruth    a ground truth of the video as a layer; null: any that exists
- * @property {() => void} destroy
  */
 
 /**
@@ -62,6 +59,8 @@ export function createLoader(app, hooks) {
   const { store, api } = app;
   /** @type {AbortController|null} */
   let opening = null;
+  /** Aborts when another review is opened, or the page ends. */
+  let openSignal = app.signal;
   let openedRoute = '';
   /** @type {string|null} */
   let truthId = null;
@@ -81,7 +80,7 @@ export function createLoader(app, hooks) {
     truthId: () => truthId,
     onTruthMissing(id, signal) {
       const review = store.get().review;
-      if (review && truthId === id) loadGroundTruths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
+      if (review && truthId === id) reloadGroundTruths(review.video.id, signal);
     },
     onLoaded: () => sync(),
   });
@@ -91,7 +90,7 @@ export function createLoader(app, hooks) {
   /** @param {unknown} thrown @param {AbortSignal} signal */
   function fail(thrown, signal) {
     // another banner already says that the server cannot be reached
-    if (signal.aborted || isOffline(thrown) || (thrown instanceof ApiError && thrown.code === 'aborted')) return;
+    if (signal.aborted || (thrown instanceof ApiError && ['offline', 'aborted'].includes(thrown.code))) return;
     store.dispatch(showBanner, { id: 'review', tone: 'error', text: errorMessage(thrown) });
   }
 
@@ -99,7 +98,7 @@ export function createLoader(app, hooks) {
   async function open(route) {
     opening?.abort();
     opening = new AbortController();
-    const signal = AbortSignal.any([opening.signal, app.signal]);
+    const signal = (openSignal = AbortSignal.any([opening.signal, app.signal]));
     requests.clear();
     truthId = null;
     hooks.onClosed();
@@ -164,14 +163,14 @@ export function createLoader(app, hooks) {
     const found = await api.groundTruths(video, { signal });
     const shown = found.find(({ id }) => id === requestedTruthId) ?? found[0];
     const next = shown?.id ?? null;
-    store.dispatch(changeReview, {
-      truthId: shown?.id ?? null,
-      truthName: shown?.name ?? null,
-      ...(truthId !== null && truthId !== next ? { truth: {} } : {}),
-    });
+    const hasChanged = truthId !== null && truthId !== next;
+    store.dispatch(changeReview, { truthId: next, truthName: shown?.name ?? null, ...(hasChanged ? { truth: {} } : {}) });
     truthId = next;
     sync();
   }
+
+  /** @param {string} video @param {AbortSignal} signal */
+  const reloadGroundTruths = (video, signal) => void loadGroundTruths(video, signal).catch((thrown) => fail(thrown, signal));
 
   /** @param {string} run @param {number} track @param {AbortSignal} signal */
   function loadLane(run, track, signal) {
@@ -191,7 +190,7 @@ export function createLoader(app, hooks) {
   async function refresh() {
     const review = store.get().review;
     if (!review?.run || !opening) return;
-    const signal = AbortSignal.any([opening.signal, app.signal]);
+    const signal = openSignal;
     requests.forgetPrefix('truth/', true);
     requests.retryNow();
     try {
@@ -238,11 +237,10 @@ export function createLoader(app, hooks) {
       return;
     }
     if (!review?.timebase || !opening) return;
-    const signal = AbortSignal.any([opening.signal, app.signal]);
-    loadAround(review, signal, opening);
+    loadAround(review, openSignal, opening);
     if (review.run && review.selected) {
       for (const track of engineTracksOf(review.selected, review.docs[review.selected]))
-        if (!review.laneOf[track]) loadLane(review.run.id, track, signal);
+        if (!review.laneOf[track]) loadLane(review.run.id, track, openSignal);
     }
   }
 
@@ -264,7 +262,7 @@ export function createLoader(app, hooks) {
       if (run.state !== 'running' || now - lastReload > MIN_RELOAD_INTERVAL_MS) {
         lastReload = now;
         void refresh();
-        if (opening) offerEarlierCorrections(app, run, opening.signal).catch(() => {}); // a failure is ignored: the next opening asks again
+        if (opening) offerEarlierCorrections(app, run, openSignal).catch(() => {}); // a failure is ignored: the next opening asks again
       } else {
         timer = setTimeout(() => void refresh(), MIN_RELOAD_INTERVAL_MS);
       }
@@ -280,7 +278,7 @@ export function createLoader(app, hooks) {
       }));
       sync();
       if (!opening || id === null) return;
-      const signal = AbortSignal.any([opening.signal, app.signal]);
+      const signal = openSignal;
       // the author matters only for undo, which is not used here
       Promise.all([api.tracks(id, { signal }), corrected ? api.annotation(id, 'someone', { signal }) : null])
         .then(([secondTracks, annotation]) => {
@@ -294,13 +292,7 @@ export function createLoader(app, hooks) {
       requests.forgetPrefix('truth/');
       store.dispatch(changeReview, (review) => ({ truth: {}, layers: { ...review.layers, truth: id !== null || review.layers.truth } }));
       const { review } = store.get();
-      if (!review || !opening) return;
-      const signal = AbortSignal.any([opening.signal, app.signal]);
-      loadGroundTruths(review.video.id, signal).catch((thrown) => fail(thrown, signal));
-    },
-    destroy() {
-      clearTimeout(timer);
-      opening?.abort();
+      if (review && opening) reloadGroundTruths(review.video.id, openSignal);
     },
   };
 }

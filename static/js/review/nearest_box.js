@@ -9,10 +9,10 @@
 /**
  * @param {ReviewState} review
  * @param {string} key
- * @param {number} [frame]   unset: the cursor's
  * @returns {{frame: number, box: Box}|null} null: no box is known in any frame; engine boxes are known only from loaded lanes
  */
-export function nearestBox(review, key, frame = review.frame) {
+export function nearestBox(review, key) {
+  const { frame } = review;
   const doc = review.docs[key];
   const id = key.startsWith('m') ? Number(key.slice(1)) : null;
   const segments = doc ? doc.segments : id === null ? [] : [{ track: id, first: 0, last: Infinity }];

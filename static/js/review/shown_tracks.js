@@ -20,6 +20,7 @@ import { isCorrected } from '../model/corrected.js';
 import { NO_CLASS, originTrack } from '../model/documents.js';
 import { boxAt } from '../model/effective.js';
 import { proposalAt } from '../model/following.js';
+import { covers } from '../model/run_progress.js';
 
 /**
  * @param {ReviewState} review
@@ -107,21 +108,14 @@ function withProposal(review, frame, shown, classes) {
  */
 const isEdited = (at, doc, engineClassId) => at.origin !== 'engine' || at.occluded || doc.not_a_sign || at.class_id !== engineClassId;
 
-/**
- * The signs of the second run in the cursor's frame.
- *
- * @param {ReviewState} review
- */
+/** The signs of the second run in the cursor's frame. @param {ReviewState} review */
 export function secondRunSigns(review) {
   if (review.second === null) return [];
   const secondReview = { ...review, overlays: review.secondOverlays, tracks: review.secondTracks, docs: review.secondDocs };
   return shownSigns(secondReview);
 }
 
-/**
- * The tracks without rejected ones, which count nowhere.
- * @param {ReviewState} review
- */
+/** The tracks without rejected ones, which count nowhere. @param {ReviewState} review */
 export const shownSigns = (review) =>
   shownTracks(review).filter(({ key, not_a_sign }) => !not_a_sign && review.docs[key]?.review !== 'rejected');
 
@@ -143,12 +137,14 @@ export const correctedKeys = (review) =>
 /** The track's box in a frame; null: none. @param {ReviewState} review @param {string} key @param {number} [frame] @returns {ShownTrack|null} */
 export const shownTrack = (review, key, frame = review.frame) => shownTracks(review, frame).find((track) => track.key === key) ?? null;
 
+/** The selected track's box in the cursor's frame; null: none. @param {ReviewState|null} review */
+export const selectedTrack = (review) => (review?.selected ? shownTrack(review, review.selected) : null);
+
 /**
  * Whether the engine's boxes of the cursor's frame are still loading: a track without a box may have one there.
  * @param {Pick<ReviewState, 'frame'|'overlays'|'run'>} review
  */
-export const areBoxesLoading = ({ frame, overlays, run }) =>
-  run !== null && run.first <= frame && frame < run.first + run.frames_done && overlays[frame] === undefined;
+export const areBoxesLoading = ({ frame, overlays, run }) => covers(run, frame) && overlays[frame] === undefined;
 
 /** The fused class of an engine track; null: none. @param {ReviewState} review @param {number} track @returns {number|null} */
 export const engineClass = (review, track) => classesOf(review).get(track) ?? null;

@@ -7,10 +7,7 @@ import { authorName } from '../core/preferences.js';
 import { toast } from '../core/toast.js';
 import { randomId } from '../core/random_id.js';
 
-/**
- * The outcome as a message.
- * @param {import('../api/compare-types.js').TakenOver} found
- */
+/** The outcome as a message. @param {import('../api/compare-types.js').TakenOver} found */
 function takeOverMessage({ changed, made, same, skipped }) {
   const parts = [
     made && plural(made, 'new track'),

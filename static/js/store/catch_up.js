@@ -46,10 +46,7 @@ export function afterEvent(state, event) {
   }
 }
 
-/**
- * @param {import('../state-types.js').Store} store
- * @returns {CatchUp}
- */
+/** @param {import('../state-types.js').Store} store @returns {CatchUp} */
 export function createCatchUp(store) {
   /** For each pending request, the events since it was made. @type {Set<ServerEvent[]>} */
   const pendingRequests = new Set();

@@ -6,7 +6,7 @@ import { NO_FILTER } from '../model/queue.js';
 /** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../state-types.js').ReviewState} ReviewState */
 
-/** The layers that a first visit shows. @type {ReviewState['layers']} */
+/** The layers that a first visit shows, in the order of their keys: 1 to 9, then Shift+9. @type {ReviewState['layers']} */
 export const DEFAULT_LAYERS = Object.freeze({
   detections: false,
   predictions: true,
@@ -19,6 +19,8 @@ export const DEFAULT_LAYERS = Object.freeze({
   uncertainty: false,
   gate: false,
 });
+
+export const LAYERS = /** @type {readonly import('../state-types.js').LayerName[]} */ (Object.keys(DEFAULT_LAYERS));
 
 /** @returns {State} */
 export const initialState = () => ({
@@ -42,20 +44,6 @@ export const initialState = () => ({
   lanesView: { folded: true, lane: 'gate' },
   dialog: null,
 });
-
-/** Layers in the order of their keys: 1 to 9, then Shift+9. */
-export const LAYERS = /** @type {const} */ ([
-  'detections',
-  'predictions',
-  'search',
-  'relocalisations',
-  'results',
-  'corrected',
-  'truth',
-  'second',
-  'uncertainty',
-  'gate',
-]);
 
 /**
  * @param {import('../types.js').Video} video

@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { createParser, openStream } from '../../../static/js/api/events.js';
+import { deferred } from '../deferred.js';
 import { waitUntil } from '../wait_until.js';
 
 /** @param {string} text @param {number} size @returns {string[]} */
@@ -43,11 +44,7 @@ async function runScript(script) {
   const storage = /** @type {(string|null)[]} */ ([]);
   let resets = 0;
   let denied = 0;
-  /** @type {() => void} */
-  let finish = () => {};
-  const finished = new Promise((resolve) => {
-    finish = () => resolve(undefined);
-  });
+  const { promise: finished, resolve: finish } = deferred();
   const fetch = /** @type {any} */ (
     async (/** @type {string} */ _, /** @type {RequestInit} */ init) => {
       lastEventIds.push(new Headers(init.headers).get('Last-Event-ID'));
@@ -59,8 +56,10 @@ async function runScript(script) {
       return typeof next === 'number' ? new Response('', { status: next }) : new Response(next);
     }
   );
-  const stream = openStream({
+  const end = new AbortController();
+  openStream({
     fetch,
+    signal: end.signal,
     onEvent: (event) => seen.push(event.seq),
     onConnection: (state) => states.push(state),
     onStorage: (text) => storage.push(text),
@@ -71,7 +70,7 @@ async function runScript(script) {
     },
   });
   await finished;
-  stream.close();
+  end.abort();
   return { seen, asked: lastEventIds, states, waits, storage, resets, denied };
 }
 
@@ -135,7 +134,14 @@ test('a connection without a byte for twelve seconds, three heartbeats, counts a
       return new Response(body);
     }
   );
-  const stream = openStream({ fetch, onEvent: () => {}, onConnection: (state) => states.push(state), wait: () => new Promise(() => {}) });
+  const end = new AbortController();
+  openStream({
+    fetch,
+    signal: end.signal,
+    onEvent: () => {},
+    onConnection: (state) => states.push(state),
+    wait: () => new Promise(() => {}),
+  });
   const read = () => new Promise((resolve) => setImmediate(resolve));
   await read();
   bytes?.enqueue(new TextEncoder().encode('id: 1\nevent: hello\ndata: {}\n\n'));
@@ -149,7 +155,7 @@ test('a connection without a byte for twelve seconds, three heartbeats, counts a
   context.mock.timers.tick(1000);
   await read();
   assert.deepEqual(states, ['online', 'offline']);
-  stream.close();
+  end.abort();
 });
 
 test('a paused stream has no connection and continues after the last number', async () => {
@@ -157,7 +163,9 @@ test('a paused stream has no connection and continues after the last number', as
   /** @type {string[]} */ const states = [];
   /** @type {number[]} */ const seen = [];
   let connections = 0;
+  const end = new AbortController();
   const stream = openStream({
+    signal: end.signal,
     fetch: /** @type {any} */ (
       async (/** @type {string} */ _, /** @type {RequestInit} */ init) => {
         asked.push(new Headers(init.headers).get('Last-Event-ID'));
@@ -189,7 +197,7 @@ test('a paused stream has no connection and continues after the last number', as
   assert.deepEqual([asked, states, seen], [[null, '4'], ['online'], [4, 5]], 'it was never offline');
   stream.pause();
   await waitUntil(() => connections === 0);
-  stream.close();
+  end.abort();
 });
 
 test('a retry ends a connection that may be dead, and the next one continues after the last number', async () => {
@@ -207,11 +215,13 @@ test('a retry ends a connection that may be dead, and the next one continues aft
     }
   );
   const states = /** @type {string[]} */ ([]);
-  const stream = openStream({ fetch, onEvent: () => {}, onConnection: (state) => states.push(state), wait: async () => {} });
+  const end = new AbortController();
+  const onConnection = (/** @type {string} */ state) => states.push(state);
+  const stream = openStream({ fetch, signal: end.signal, onEvent: () => {}, onConnection, wait: async () => {} });
   await waitUntil(() => states.length === 1);
   stream.retry();
   await waitUntil(() => states.length === 3);
-  stream.close();
+  end.abort();
   assert.deepEqual(states, ['online', 'offline', 'online']);
   assert.deepEqual(requestedIds, [null, '7']);
 });

@@ -101,6 +101,7 @@ test('where a key types a letter of another script, its place counts; where it t
   assert.equal(first("'", 'KeyQ'), "'", 'Dvorak: it is no Q');
   assert.equal(first('m', 'Semicolon', { altKey: true }), 'Alt+M', 'AZERTY');
   assert.equal(first('é', 'KeyW'), 'É', 'BÉPO: it is no W');
+  assert.equal(first('Ô', 'KeyJ', { altKey: true, shiftKey: true }), 'Alt+Shift+J', 'macOS');
 });
 
 test('the row of digits is the row of digits where its keys type something else without Shift', () => {

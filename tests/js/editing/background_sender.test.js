@@ -6,11 +6,8 @@ import { test } from 'node:test';
 import { ApiError } from '../../../static/js/api/errors.js';
 import { unsavedOf } from '../../../static/js/store/unsaved.js';
 import { runTimers } from '../wait_until.js';
-import { RUN, createEditorFixture, setBox } from './editor_fixture.js';
-
-const failOffline = () => {
-  throw new ApiError(0, 'offline', 'Gone.');
-};
+import { RUN, failOffline, createEditorFixture, setBox } from './editor_fixture.js';
+import { pluck } from '../pluck.js';
 
 test('edits of a closed review are still sent, and unsent ones counted', async () => {
   const { editor, server, store, outbox } = await createEditorFixture();
@@ -120,10 +117,7 @@ for (const { what, status, code } of [
     await outbox.put({ op_id: 'elsewhere', run: 's'.repeat(32), author: 'a', command: setBox('m2', 60, 20), seen: { m2: 0 } });
     editor.close();
     await runTimers();
-    assert.deepEqual(
-      (await outbox.all()).map(({ run }) => run),
-      [RUN],
-    );
+    assert.deepEqual(pluck(await outbox.all(), 'run'), [RUN]);
     isBack = true;
     await runTimers();
     assert.deepEqual([server.log, await outbox.all()], [['set_box', 'set_box'], []]);

@@ -7,6 +7,7 @@ import { withTrackNames } from '../../../static/js/editing/command_names.js';
 import { select } from '../../../static/js/store/actions/review.js';
 import { describeConflict } from '../../../static/js/views/dialogs/conflict.js';
 import { createEditorFixture, setBox } from './editor_fixture.js';
+import { pluck } from '../pluck.js';
 
 /** @typedef {import('../../../static/js/types.js').Command} Command */
 
@@ -111,10 +112,7 @@ test('what makes no sense any more is reported with its reason and is not made',
 test('a note is repeated on top of other changes without a question', async () => {
   const { plan, server, review, toasts } = await editBoth([note('m1', 3, 'theirs')], [note('m1', 5, 'mine')]);
   assert.deepEqual([plan, toasts, review().unsaved], [null, [], []]);
-  assert.deepEqual(
-    server.docs.m1.notes.map(({ text }) => text),
-    ['theirs', 'mine'],
-  );
+  assert.deepEqual(pluck(server.docs.m1.notes, 'text'), ['theirs', 'mine']);
 });
 
 test('a note is not rebased if other edits of the track wait, or if the track is deleted', async () => {

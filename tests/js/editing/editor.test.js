@@ -5,7 +5,7 @@ import { test } from 'node:test';
 import { ApiError } from '../../../static/js/api/errors.js';
 import { correctedKeys } from '../../../static/js/review/shown_tracks.js';
 import { select } from '../../../static/js/store/actions/review.js';
-import { RUN, createServer, createEditorFixture, setBox } from './editor_fixture.js';
+import { RUN, failOffline, createServer, createEditorFixture, setBox } from './editor_fixture.js';
 
 test('an edit shows at once and counts as unsaved until the server has answered', async () => {
   const { editor, review, server, outbox } = await createEditorFixture();
@@ -141,7 +141,7 @@ test('an answer that is lost does not store the edit twice', async () => {
   const { editor, server } = await createEditorFixture();
   let lost = 0;
   server.after = () => {
-    if (lost++ === 0) throw new ApiError(0, 'offline', 'Gone.');
+    if (lost++ === 0) failOffline();
   };
   editor.edit(setBox('m1', 5, 20));
   await editor.settled();
@@ -152,7 +152,7 @@ test('an edit made before another person saved is never applied on top without a
   const { editor, server, review, store, outbox } = await createEditorFixture();
   let down = true;
   server.before = () => {
-    if (down) throw new ApiError(0, 'offline', 'Gone.');
+    if (down) failOffline();
   };
   editor.edit(setBox('m1', 5, 20));
   editor.edit(setBox('m1', 6, 30));

@@ -27,6 +27,8 @@ export function createServer() {
   const undone = [];
   /** @param {string} key */
   const currentDoc = (key) => docs[key] ?? (key in spans ? emptyDoc(Reflect.get(spans, key)) : undefined);
+  /** @param {any} command @returns {Record<string, any>} */
+  const docsOf = (command) => Object.fromEntries(touchedKeys(command).flatMap((key) => (currentDoc(key) ? [[key, currentDoc(key)]] : [])));
   const target = (list = done) => {
     const one = list.at(-1);
     return one ? { op_id: one.op_id, name: one.name, frame: one.frame, keys: one.keys } : null;
@@ -41,8 +43,7 @@ export function createServer() {
     after: () => {},
     /** Somebody else's work. @param {any} command */
     editAsOther(command) {
-      const known = Object.fromEntries(touchedKeys(command).flatMap((key) => (currentDoc(key) ? [[key, currentDoc(key)]] : [])));
-      const { docs: made, changed } = applyCommand(known, command, { author: 'b', time: '' });
+      const { docs: made, changed } = applyCommand(docsOf(command), command, { author: 'b', time: '' });
       for (const key of changed) docs[key] = { ...made[key], revision: (docs[key]?.revision ?? 0) + 1 };
       return changed.map((key) => docs[key]);
     },
@@ -70,8 +71,7 @@ export function createServer() {
             if ((revisions[key] ?? 0) !== now)
               throw new ApiError(409, 'stale', 'Changed since.', { details: { current: [docs[key]], yours: [] } });
           }
-          const known = Object.fromEntries(touchedKeys(command).flatMap((key) => (currentDoc(key) ? [[key, currentDoc(key)]] : [])));
-          const made = applyCommand(known, command, { author: 'a', time: '' });
+          const made = applyCommand(docsOf(command), command, { author: 'a', time: '' });
           changed = made.changed;
           done.push({
             op_id,
@@ -139,6 +139,11 @@ export async function createEditorFixture(server = createServer(), outbox = crea
     end: () => aborter.abort(),
     review: () => /** @type {import('../../../static/js/state-types.js').ReviewState} */ (store.get().review),
   };
+}
+
+/** A server that does not answer, as `server.before` or `server.after`. @returns {never} */
+export function failOffline() {
+  throw new ApiError(0, 'offline', 'Gone.');
 }
 
 /** @param {string} key @param {number} frame @param {number} at @returns {any} */

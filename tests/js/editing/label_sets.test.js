@@ -7,6 +7,7 @@ import { setLabelSets } from '../../../static/js/store/actions/page.js';
 import { initialReview, initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 import { label } from '../labels.js';
+import { pluck } from '../pluck.js';
 
 const head = (/** @type {string} */ key, /** @type {number} */ version, standard = false) => ({
   key,
@@ -17,12 +18,21 @@ const head = (/** @type {string} */ key, /** @type {number} */ version, standard
   shipped: true,
 });
 
+const settle = () => new Promise((resolve) => setTimeout(resolve));
+
 /** A server with two sets; `vienna` is the video's own where it has one. */
 function createFixture() {
   const store = createStore(initialState());
   /** @type {string[]} */ const messages = [];
-  /** @type {{version: number, labels: import('../../../static/js/types.js').Label[], requests: (string|null)[], refusal: Error|null, outage: Error|null}} */
-  const server = { version: 1, labels: [label({ id: 0, name: 'stop' })], requests: [], refusal: null, outage: null };
+  /** @type {{version: number, labels: import('../../../static/js/types.js').Label[], requests: (string|null)[], refusal: Error|null, outage: Error|null, heard: Promise<void>}} */
+  const server = {
+    version: 1,
+    labels: [label({ id: 0, name: 'stop' })],
+    requests: [],
+    refusal: null,
+    outage: null,
+    heard: Promise.resolve(),
+  };
   const api = /** @type {any} */ ({
     labelSets: async () => (server.outage ? Promise.reject(server.outage) : [head('gtsrb-43', server.version, true), head('vienna', 1)]),
     labels: async (/** @type {string|null} */ video) => (
@@ -35,6 +45,13 @@ function createFixture() {
       server.version += 1;
       server.labels = [...server.labels, label({ id: server.version, name: change.name })];
       return { version: server.version, label: server.labels.at(-1), sentence: `${author} in ${set}` };
+    },
+    importLabels: async () => {
+      await settle();
+      server.version += 1;
+      server.heard = receive(); // the event overtakes the answer
+      await settle();
+      return { version: server.version };
     },
   });
   /** @type {number[]} */ const changes = [];
@@ -57,11 +74,11 @@ test('labels are those of the video’s own set while it is on the screen', asyn
   store.dispatch((state) => ({ ...state, review: initialReview(video) }));
   sets.sync();
   sets.sync();
-  await new Promise((resolve) => setTimeout(resolve));
+  await settle();
   assert.deepEqual([labelSetKey(store.get()), store.get().labels[0].name, server.requests], ['vienna', 'boar', [null, 'v']]);
   store.dispatch((state) => ({ ...state, review: null }));
   sets.sync();
-  await new Promise((resolve) => setTimeout(resolve));
+  await settle();
   assert.equal(store.get().labels[0].name, 'stop');
 });
 
@@ -72,7 +89,6 @@ test('tracks are reloaded if their video uses another set or version', async () 
     store.dispatch((state) => ({ ...state, review: initialReview(video) }));
     sets.sync();
   };
-  const settle = () => new Promise((resolve) => setTimeout(resolve));
   open({ id: 'v', label_set: null, frames: 9 });
   await settle();
   assert.equal(turned.length, 0, 'a video is opened with the labels of its own set');
@@ -93,11 +109,16 @@ test('a change is in the store once it is made, and is no news to the page that 
   await sets.reload();
   const change = sets.change({ type: 'add', name: 'no parking' });
   await Promise.all([change, receive(2)]);
-  assert.deepEqual(
-    store.get().labels.map(({ name }) => name),
-    ['stop', 'no parking'],
-  );
+  assert.deepEqual(pluck(store.get().labels, 'name'), ['stop', 'no parking']);
   assert.deepEqual([(await change).sentence, said], ['Ben in gtsrb-43', []]);
+});
+
+test('a file of labels is no news to the page that imported it', async () => {
+  const { sets, said, server } = createFixture();
+  await sets.reload();
+  await sets.importFile('gtsrb-43', /** @type {any} */ ({ name: 'labels.json' }), false);
+  await server.heard;
+  assert.deepEqual(said, []);
 });
 
 test('an event loads the labels after a change whose answer was lost', async () => {

@@ -8,6 +8,7 @@ import { withLabelKey } from '../../../static/js/model/labels.js';
 import { setLabels } from '../../../static/js/store/actions/page.js';
 import { label } from '../labels.js';
 import { RUN, createServer, createEditorFixture } from './editor_fixture.js';
+import { pluck } from '../pluck.js';
 
 const LABELS = [label({ id: 43, key: 'bus-stop', name: 'bus stop' }), label({ id: 44, key: 'halt', name: 'halt', merged_into: 43 })];
 
@@ -41,10 +42,7 @@ test('a sent command names its label by key, also after a reload', async () => {
   fixture.editor.edit({ name: 'relabel_track', key: 'm1', frame: 0, class_id: 43 });
   fixture.store.dispatch(setLabels, [label({ id: 43, key: 'boar', name: 'boar' })]);
   await fixture.editor.settled();
-  assert.deepEqual(
-    sent.map(({ label_key }) => label_key),
-    ['bus-stop'],
-  );
+  assert.deepEqual(pluck(sent, 'label_key'), ['bus-stop']);
   fixture.end();
 });
 
@@ -69,10 +67,7 @@ test('a drawn track of a closed review is also stored without its deleted label'
   const fixture = await createEditorFixture(serverWithoutLabel(sent), outbox, null);
   await fixture.backgroundSender.flush();
   assert.equal(fixture.server.docs.hdrawn02.class_id, null);
-  assert.deepEqual(
-    sent.map(({ class_id }) => class_id),
-    [43, null],
-  );
+  assert.deepEqual(pluck(sent, 'class_id'), [43, null]);
   assert.match(fixture.toasts[0], /^A new track has no label yet\./);
   fixture.end();
 });

@@ -5,11 +5,7 @@ import { test } from 'node:test';
 import { ApiError } from '../../../static/js/api/errors.js';
 import { createMemoryOutbox } from '../../../static/js/editing/outbox.js';
 import { waitUntil, runTimers } from '../wait_until.js';
-import { RUN, createServer, createEditorFixture, setBox } from './editor_fixture.js';
-
-function offline() {
-  throw new ApiError(0, 'offline', 'Gone.');
-}
+import { RUN, failOffline, createServer, createEditorFixture, setBox } from './editor_fixture.js';
 
 /** End a page and open the next one on a server that answers again. @param {Awaited<ReturnType<typeof createEditorFixture>>} first */
 async function nextVisit(first) {
@@ -21,7 +17,7 @@ async function nextVisit(first) {
 
 test('a page that crashes loses no edit: the next page sends the rest', async () => {
   const first = await createEditorFixture();
-  first.server.before = offline;
+  first.server.before = failOffline;
   first.editor.edit(setBox('m1', 5, 20));
   first.editor.edit(setBox('m1', 6, 30));
   const second = await nextVisit(first);
@@ -33,7 +29,7 @@ test('a page that crashes loses no edit: the next page sends the rest', async ()
 
 test('edits are sent in the order in which they were made, also when the clock was set back in between', async (context) => {
   const first = await createEditorFixture();
-  first.server.before = offline;
+  first.server.before = failOffline;
   context.mock.timers.enable({ apis: ['Date'], now: Date.UTC(2026, 10, 25) });
   first.editor.edit(setBox('m1', 5, 20));
   context.mock.timers.setTime(Date.UTC(2026, 10, 24));
@@ -50,7 +46,7 @@ test('a crash between two edits of a track causes no conflict', async () => {
   const first = await createEditorFixture();
   let calls = 0;
   first.server.before = () => {
-    if (++calls > 1) offline();
+    if (++calls > 1) failOffline();
   };
   first.editor.edit(setBox('m1', 5, 20));
   first.editor.edit(setBox('m1', 6, 30));

@@ -3,16 +3,12 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { ApiError } from '../../../static/js/api/errors.js';
 import { deferred } from '../deferred.js';
-import { RUN, createServer, createEditorFixture, setBox } from './editor_fixture.js';
+import { RUN, failOffline, createServer, createEditorFixture, setBox } from './editor_fixture.js';
 
 const relabel = (/** @type {string} */ key) => /** @type {any} */ ({ name: 'relabel_track', key, frame: 5, class_id: 14 });
 const note = (/** @type {string} */ key) =>
   /** @type {any} */ ({ name: 'add_note', key, frame: 7, note_id: 'n'.repeat(32), text: 'Half hidden.' });
-const failOffline = () => {
-  throw new ApiError(0, 'offline', 'Gone.');
-};
 
 test('an undo reverts the edit before it, not one after it, however late the server answers', async () => {
   const { editor, server, review } = await createEditorFixture();

@@ -3,8 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { createFrameCache } from '../../../static/js/frames/cache.js';
-
-const tick = () => new Promise((resolve) => setTimeout(resolve, 2));
+import { tick } from '../wait_until.js';
 
 /** @param {number} maxBytes */
 function createCache(maxBytes) {
@@ -138,6 +137,27 @@ test('the picture does not wait for a preview that is still on its way', async (
   soft.catch(() => {});
   assert.equal((await cache.load(5)).width, 1280);
   assert.deepEqual(aborted, [true]);
+});
+
+test('a picture that is requested wider while it loads is loaded wider', async () => {
+  /** @type {number[]} */
+  const widths = [];
+  const api = /** @type {any} */ ({
+    frame: (/** @type {string} */ _video, /** @type {number} */ frame, /** @type {any} */ { width, signal }) =>
+      new Promise((resolve, reject) => {
+        widths.push(width);
+        if (width === 2560) resolve({ blob: 'sharp', ordinal: frame, exact: true });
+        signal.addEventListener('abort', () => reject(new DOMException('', 'AbortError')));
+      }),
+  });
+  const cache = createFrameCache(api, 'v', { decode: async () => /** @type {any} */ ({ width: 1, height: 1, close: () => {} }) });
+  cache.load(5).catch(() => {});
+  cache.setWidth(640);
+  cache.load(5).catch(() => {});
+  cache.setWidth(2560);
+  const picture = cache.load(5);
+  assert.deepEqual(widths, [1280, 2560]);
+  assert.equal((await picture).width, 2560);
 });
 
 test('while requested pictures fail, nothing is prefetched', async () => {

@@ -4,6 +4,7 @@ import { createInspector } from '../../../static/js/views/inspector/index.js';
 import { createLanes } from '../../../static/js/views/lanes/index.js';
 import { createNoteDrafts } from '../../../static/js/editing/note_drafts.js';
 import { createQueue } from '../../../static/js/views/queue/index.js';
+import { keyFrame } from '../server_data.js';
 import { syntheticRun, syntheticLane } from './synthetic_run.js';
 
 const query = new URLSearchParams(location.search);
@@ -20,8 +21,6 @@ const sign = (text) =>
   `data:image/svg+xml,${encodeURIComponent(`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32"><circle cx="16" cy="16" r="13" fill="#fff" stroke="#c00" stroke-width="5"/><text x="16" y="21" font-size="12" text-anchor="middle" font-family="sans-serif">${text}</text></svg>`)}`;
 const lane = syntheticLane(made.tracks, picked, made.tracks.last[picked]);
 const key = `m${lane.id}`;
-/** @param {import('../../../static/js/types.js').Box} box */
-const keyFrame = (box) => ({ box, occluded: false, outside: false, interpolate: true, class_id: null, followed: false });
 let state = /** @type {any} */ ({
   labels: Array.from({ length: 43 }, (_, id) => ({
     id,
@@ -64,7 +63,7 @@ let state = /** @type {any} */ ({
         review: 'needs_work',
         not_a_sign: false,
         segments: [{ track: lane.id, first: lane.frame[0], last: lane.frame.at(-1) }],
-        keys: { [lane.frame[30]]: keyFrame([1, 1, 9, 9]), [lane.frame[60]]: keyFrame([2, 2, 9, 9]) },
+        keys: { [lane.frame[30]]: keyFrame({ box: [1, 1, 9, 9] }), [lane.frame[60]]: keyFrame({ box: [2, 2, 9, 9] }) },
         notes: [{ id: 'n1', frame: lane.frame[10], text: 'Half behind a <truck>', author: 'anna', time: '2026-11-21T06:10:00Z' }],
         gone: false,
         merged_into: null,

@@ -12,35 +12,11 @@ export function seededRandom(seed) {
   };
 }
 
-/**
- * @param {number} frames
- * @param {number} count
- * @returns {{tracks: any, lanes: any}}
- */
+/** @param {number} frames @param {number} count @returns {{tracks: any, lanes: any}} */
 export function syntheticRun(frames, count) {
   const next = seededRandom(7);
   /** @type {any} */
   const tracks = { tau: 15, complete: true };
-  for (const name of [
-    'id',
-    'first',
-    'last',
-    'frames',
-    'detected',
-    'clearest',
-    'class_id',
-    'share',
-    'runner_up',
-    'runner_up_share',
-    'score',
-    'side',
-    'rejected',
-    'relocalised',
-    'uncertainty',
-    'rank',
-    'reasons',
-  ])
-    tracks[name] = [];
   /** @type {any} */
   const lanes = { track: [], first: [], last: [], source: [] };
   for (let i = 0; i < count; i += 1) {
@@ -70,7 +46,7 @@ export function syntheticRun(frames, count) {
           ? [`Its class leads by ${(100 - uncertainty * 90).toFixed(0)} % of the votes only.`, `It is short: ${last - first + 1} frames.`]
           : [],
     };
-    for (const [name, value] of Object.entries(values)) tracks[name].push(value);
+    for (const [name, value] of Object.entries(values)) (tracks[name] ??= []).push(value);
     let at = first;
     while (at <= last) {
       const to = Math.min(last, at + 2 + Math.floor(next() * 40));
@@ -94,31 +70,6 @@ export function syntheticLane(tracks, i, last = tracks.last[i]) {
   const next = seededRandom(i + 99);
   /** @type {any} */
   const lane = { id: tracks.id[i], classes: [tracks.class_id[i], tracks.runner_up[i], 20], events: [], tau: 15, symmetry_floor: 0.6 };
-  for (const name of [
-    'frame',
-    'source',
-    'box',
-    'score',
-    'raw_score',
-    'prior',
-    'l_positive',
-    'symmetry',
-    'symmetry_magnitude',
-    'hash_distance',
-    'position_distance',
-    'confident',
-    'decision',
-    'probability',
-    'scale',
-    'weight',
-    'votes',
-    'probabilities',
-    'top',
-    'top_probability',
-    'learned',
-    'unlearned',
-  ])
-    lane[name] = [];
   for (let frame = tracks.first[i]; frame <= last; frame += 1) {
     const step = frame - tracks.first[i];
     const symmetry = 1 + next() * 2;
@@ -152,7 +103,7 @@ export function syntheticLane(tracks, i, last = tracks.last[i]) {
       learned: 1,
       unlearned: 0,
     };
-    for (const [name, cell] of Object.entries(row)) lane[name].push(cell);
+    for (const [name, cell] of Object.entries(row)) (lane[name] ??= []).push(cell);
     if (source === 2)
       lane.events.push({
         frame,

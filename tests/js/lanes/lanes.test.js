@@ -22,7 +22,10 @@ import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { SUB_LANES, shownLanes } from '../../../static/js/model/sub_lanes.js';
 import { paintDetail } from '../../../static/js/views/lanes/detail_painter.js';
 import { syntheticRun, syntheticLane } from '../harness/synthetic_run.js';
+import { fakeContext } from '../canvas.js';
 import { label } from '../labels.js';
+import { pluck } from '../pluck.js';
+import { keyFrame } from '../server_data.js';
 
 const { tracks, lanes } = syntheticRun(20000, 800);
 const entries = trackEntries(tracks, {});
@@ -58,14 +61,7 @@ test('pieces of a bar cover it without a gap', () => {
 });
 
 test('key frames of a document are diamonds, and their boxes corrected pieces up to the next', () => {
-  const key = {
-    box: /** @type {any} */ ([0, 0, 9, 9]),
-    occluded: false,
-    outside: false,
-    interpolate: true,
-    class_id: null,
-    followed: false,
-  };
+  const key = keyFrame({ box: [0, 0, 9, 9] });
   const first = tracks.first[0];
   const doc = { ...emptyDoc({ track: 1, first, last: tracks.last[0] }), keys: { [first + 2]: key, [first + 8]: key } };
   const edited = buildLaneIndex(trackEntries(tracks, { m1: doc }), lanes, { m1: doc });
@@ -99,14 +95,7 @@ test('a verdict or a label keeps the bars: the updated index equals a rebuilt on
   assert.equal(withoutSign?.review[withoutSign.barOf.get('m1') ?? -1], 2, 'as a false positive');
   assert.deepEqual(withoutSign, buildLaneIndex(entriesOf(none), lanes, none));
 
-  const key = {
-    box: /** @type {any} */ ([0, 0, 9, 9]),
-    occluded: false,
-    outside: false,
-    interpolate: true,
-    class_id: null,
-    followed: false,
-  };
+  const key = keyFrame({ box: [0, 0, 9, 9] });
   for (const other of /** @type {any[]} */ ([
     { m1: { ...accepted.m1, keys: { [span.first]: key } } },
     { m1: { ...accepted.m1, gone: true } },
@@ -199,20 +188,13 @@ test('votes are painted in the frames of the track only, not in the gap of a mer
   assert.ok(merged);
   /** @type {[number, number][]} */
   const painted = [];
-  const ctx = new Proxy(
-    {},
-    {
-      get: (_, name) =>
-        name === 'rect'
-          ? (/** @type {number} */ x, /** @type {number} */ __, /** @type {number} */ w) => painted.push([x, x + w])
-          : () => {},
-      set: () => true,
-    },
-  );
+  const ctx = fakeContext((name, [x, , width]) => {
+    if (name === 'rect') painted.push([x, x + width]);
+  });
   const palette = { unit: 1, colour: {}, series: ['#000'], smallFont: '' };
   // ten px a frame
   paintDetail(
-    /** @type {any} */ (ctx),
+    ctx,
     detailColumns(merged.lane),
     { width: 2000, span: { first: 0, last: 200 }, tau: 15, lanes: SUB_LANES },
     /** @type {any} */ (palette),
@@ -249,10 +231,7 @@ test('events are sentences without the name of the track', () => {
   lane.position_distance[7] = 2;
   lane.source[7] = 1;
   const sentences = eventSentences(lane);
-  assert.deepEqual(
-    sentences.map((one) => one.kind),
-    ['born', 'relocalised', 'relocalised', 'rejected', 'relabelled', 'ended'],
-  );
+  assert.deepEqual(pluck(sentences, 'kind'), ['born', 'relocalised', 'relocalised', 'rejected', 'relabelled', 'ended']);
   assert.equal(sentences[1].text, 'prediction rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left');
   assert.equal(sentences[2].text, 'no detection for 3 frames; a window like it is 6 px left');
   assert.equal(sentences[4].text, "now 'yield' with 60% of the votes, no longer 'stop'");
@@ -335,13 +314,7 @@ test('hash bits, the highest first', () => {
 });
 
 test('folded lanes show the chosen lane, or the gate if the name is unknown', () => {
-  assert.deepEqual(
-    shownLanes({ folded: true, lane: 'votes' }).map(({ id }) => id),
-    ['votes'],
-  );
-  assert.deepEqual(
-    shownLanes({ folded: true, lane: 'gone' }).map(({ id }) => id),
-    ['gate'],
-  );
+  assert.deepEqual(pluck(shownLanes({ folded: true, lane: 'votes' }), 'id'), ['votes']);
+  assert.deepEqual(pluck(shownLanes({ folded: true, lane: 'gone' }), 'id'), ['gate']);
   assert.equal(shownLanes({ folded: false, lane: 'votes' }).length, SUB_LANES.length);
 });

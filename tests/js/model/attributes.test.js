@@ -5,10 +5,9 @@ import { test } from 'node:test';
 import { attributeChoices, attributeProblem, attributeRows, hasAttribute, valueOfText } from '../../../static/js/model/attributes.js';
 import { withAttribute } from '../../../static/js/model/relabel.js';
 import { emptyDoc } from '../../../static/js/model/documents.js';
-import { label } from '../labels.js';
+import { attribute, label } from '../labels.js';
+import { rowsOf } from '../pluck.js';
 
-/** @param {Partial<import('../../../static/js/types.js').Attribute> & {name: string}} fields @returns {import('../../../static/js/types.js').Attribute} */
-const attribute = (fields) => ({ kind: 'checkbox', mutable: false, values: [], low: null, high: null, default: null, ...fields });
 const stop = label({
   id: 14,
   attributes: [
@@ -23,15 +22,12 @@ const doc = emptyDoc({ track: 1, first: 0, last: 99 });
 test('the form has the attributes of the label in its order, with what holds in the frame', () => {
   const edited = withAttribute(withAttribute(doc, 'temporary', true, 10), 'lit', 'night', null);
   const rows = attributeRows(stop, edited, 12);
-  assert.deepEqual(
-    rows.map(({ name, value, given, changes, digit }) => [name, value, given, changes, digit]),
-    [
-      ['temporary', true, true, true, 1],
-      ['lit', 'night', true, false, 0],
-      ['metres', null, false, false, 0],
-      ['__proto__', null, false, false, 2],
-    ],
-  );
+  assert.deepEqual(rowsOf(rows, 'name', 'value', 'given', 'changes', 'digit'), [
+    ['temporary', true, true, true, 1],
+    ['lit', 'night', true, false, 0],
+    ['metres', null, false, false, 0],
+    ['__proto__', null, false, false, 2],
+  ]);
   assert.deepEqual(attributeRows(stop, edited, 9)[0], {
     name: 'temporary',
     attribute: stop.attributes[0],
@@ -74,16 +70,13 @@ test('values that are none, in the words of the form', () => {
 test('filters: what can be chosen, and which tracks have it in any frame', () => {
   const edited = withAttribute(withAttribute(doc, 'temporary', true, 10), 'metres', 4, null);
   const left = withAttribute(emptyDoc({ track: 2, first: 0, last: 9 }), 'colour', 'red', null);
-  assert.deepEqual(
-    attributeChoices([stop], [edited, left]).map(({ name, values }) => [name, values]),
-    [
-      ['__proto__', [true, false]],
-      ['colour', ['red']],
-      ['lit', ['day', 'night']],
-      ['metres', [4]],
-      ['temporary', [true, false]],
-    ],
-  );
+  assert.deepEqual(rowsOf(attributeChoices([stop], [edited, left]), 'name', 'values'), [
+    ['__proto__', [true, false]],
+    ['colour', ['red']],
+    ['lit', ['day', 'night']],
+    ['metres', [4]],
+    ['temporary', [true, false]],
+  ]);
   assert.ok(hasAttribute(stop, edited, 'temporary', true));
   assert.ok(hasAttribute(stop, edited, 'temporary', false), 'before frame 10 the default counts');
   assert.ok(hasAttribute(stop, undefined, 'temporary', false));

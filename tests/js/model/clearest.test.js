@@ -5,10 +5,11 @@ import { test } from 'node:test';
 import { clearestFrame } from '../../../static/js/model/clearest.js';
 import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { syntheticRun } from '../harness/synthetic_run.js';
+import { keyFrame } from '../server_data.js';
 
 const tracks = { ...syntheticRun(1000, 2).tracks, id: [1, 2], first: [10, 50], last: [40, 90], clearest: [36, 90], side: [80, 60] };
 const whole = { track: 1, first: 10, last: 40 };
-const key = { box: null, occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
+const key = keyFrame();
 
 test('the clearest frame of an engine track is the one in which the engine saw it best', () => {
   assert.equal(clearestFrame(emptyDoc(whole), tracks), 36);

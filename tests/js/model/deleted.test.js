@@ -4,6 +4,7 @@ import { test } from 'node:test';
 
 import { deletedTracks, lastEdits, exampleFrame } from '../../../static/js/model/deleted.js';
 import { OPEN_END, blankDoc } from '../../../static/js/model/documents.js';
+import { keyFrame } from '../server_data.js';
 
 /** @param {string} key @param {object} more */
 const doc = (key, more) => ({ ...blankDoc(key), ...more });
@@ -11,7 +12,7 @@ const doc = (key, more) => ({ ...blankDoc(key), ...more });
 const piece = (first, last) => [{ track: 1, first, last }];
 
 test('deleted tracks are listed by their first frame, with their spans', () => {
-  const box = { box: [0, 0, 9, 9], occluded: false, outside: false, interpolate: true, class_id: null, followed: false };
+  const box = keyFrame({ box: [0, 0, 9, 9] });
   const found = deletedTracks(
     {
       m3: doc('m3', { gone: true, segments: piece(40, 60) }),

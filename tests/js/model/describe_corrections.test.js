@@ -6,12 +6,13 @@ import { NO_CLASS, emptyDoc } from '../../../static/js/model/documents.js';
 import { labelName } from '../../../static/js/model/labels.js';
 import { describeLabels } from '../../../static/js/model/describe_corrections.js';
 import { labelsNamed } from '../labels.js';
+import { keyFrame } from '../server_data.js';
 
 const labels = labelsNamed(['speed limit 20 km/h', 'yield']);
 /** @param {number} id */
 const nameOf = (id) => labelName(labels, id);
 const bare = emptyDoc({ track: 7, first: 0, last: 99 });
-const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
+const key = keyFrame({ interpolate: false });
 
 test('no word, not in the set and a number that no label has are distinguished', () => {
   assert.deepEqual(

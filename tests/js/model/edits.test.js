@@ -4,8 +4,9 @@ import { readFileSync, readdirSync } from 'node:fs';
 import { test } from 'node:test';
 
 import { CommandError, applyCommand, touchedKeys } from '../../../static/js/model/commands.js';
-import { OPEN_END, attributesAt, emptyDoc, keyFrameBoxAt } from '../../../static/js/model/documents.js';
-import { boxAt, keyFramesOf, nextKey, prevKey, spanOf, subjectOf } from '../../../static/js/model/effective.js';
+import { OPEN_END, attributesAt, emptyDoc, keyFrameBoxAt, keyFramesOf } from '../../../static/js/model/documents.js';
+import { boxAt, spanOf, subjectOf } from '../../../static/js/model/effective.js';
+import { keyFrame } from '../server_data.js';
 
 const FOLDER = new URL('../../golden/edits/', import.meta.url);
 
@@ -52,29 +53,19 @@ test('a command for a track that is not there is refused with a sentence', () =>
   assert.throws(() => applyCommand({}, command, { author: 'a', time: '' }), CommandError);
 });
 
-test('span, key frames and neighbours', () => {
+test('span and key frames', () => {
   const open = emptyDoc({ track: 4, first: 2, last: 9 }, true);
   assert.equal(open.segments[0].last, OPEN_END);
   assert.deepEqual(
     spanOf(open, () => 30),
     { first: 2, last: 30 },
   );
-  const key = {
-    box: /** @type {[number, number, number, number]} */ ([0, 0, 1, 1]),
-    occluded: false,
-    outside: false,
-    interpolate: true,
-    class_id: null,
-    followed: false,
-  };
   const doc = {
     ...emptyDoc({ track: 4, first: 2, last: 9 }),
-    keys: { 20: { ...key, box: /** @type {[number, number, number, number]} */ ([10, 0, 11, 1]) }, 10: key },
+    keys: { 20: keyFrame({ box: [10, 0, 11, 1] }), 10: keyFrame({ box: [0, 0, 1, 1] }) },
   };
   assert.deepEqual(spanOf(doc), { first: 2, last: 20 });
   assert.deepEqual(keyFramesOf(doc), [10, 20]);
-  assert.equal(nextKey(doc, 10), 20);
-  assert.equal(prevKey(doc, 10), null);
   assert.deepEqual(keyFrameBoxAt(doc, 15), [5, 0, 6, 1]);
   assert.equal(spanOf({ ...doc, gone: true }), null);
 });

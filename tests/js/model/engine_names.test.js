@@ -14,6 +14,7 @@ import { shownTracks } from '../../../static/js/review/shown_tracks.js';
 import { describeCell } from '../../../static/js/views/compare_confusion.js';
 import { syntheticRun, syntheticLane } from '../harness/synthetic_run.js';
 import { label } from '../labels.js';
+import { pluck } from '../pluck.js';
 
 const labels = [label({ id: 3, name: 'stop' })];
 const person = { author: 'a', time: '' };
@@ -35,10 +36,7 @@ test('in queue and picture, until a person gives a label', () => {
   let docs = {};
   assert.deepEqual(words(), ['Bus stop', null]);
   const filter = { ...NO_FILTER, text: 'bus' };
-  assert.deepEqual(
-    queueOf(trackEntries(own, docs), filter, labels).map((entry) => entry.key),
-    [key],
-  );
+  assert.deepEqual(pluck(queueOf(trackEntries(own, docs), filter, labels), 'key'), [key]);
   const review = () =>
     /** @type {any} */ ({
       frame: own.first[0],
@@ -54,10 +52,7 @@ test('in queue and picture, until a person gives a label', () => {
         },
       },
     });
-  assert.deepEqual(
-    shownTracks(review()).map(({ word }) => word),
-    ['Bus stop', null],
-  );
+  assert.deepEqual(pluck(shownTracks(review()), 'word'), ['Bus stop', null]);
   const spans = [{ track: first, first: own.first[0], last: own.last[0] }];
   ({ docs } = applyCommand(docs, { name: 'set_occluded', key, frame: own.first[0], value: true, spans }, person));
   assert.equal(shownTracks(review()).find((one) => one.key === key)?.word, 'Bus stop', 'its label is the engine’s still');

@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { groupEvents } from '../../../static/js/model/event_groups.js';
+import { rowsOf } from '../pluck.js';
 
 /** @param {number} frame @param {string} kind */
 const at = (frame, kind) => ({ frame, kind, text: `${kind} ${frame}` });
@@ -36,17 +37,14 @@ test('two stay apart, a gap of a frame ends a stretch, and what happens once is 
     at(6, 'relabelled'),
     at(7, 'relabelled'),
   ]);
-  assert.deepEqual(
-    found.map((one) => [one.kind, one.frame, one.last]),
-    [
-      ['rejected', 1, 1],
-      ['rejected', 2, 2],
-      ['rejected', 4, 4],
-      ['relabelled', 5, 5],
-      ['relabelled', 6, 6],
-      ['relabelled', 7, 7],
-    ],
-  );
+  assert.deepEqual(rowsOf(found, 'kind', 'frame', 'last'), [
+    ['rejected', 1, 1],
+    ['rejected', 2, 2],
+    ['rejected', 4, 4],
+    ['relabelled', 5, 5],
+    ['relabelled', 6, 6],
+    ['relabelled', 7, 7],
+  ]);
   assert.deepEqual(groupEvents([]), []);
 });
 

@@ -10,6 +10,7 @@ import {
   parseNumber,
   restoreChoice,
 } from '../../../static/js/model/exchange.js';
+import { keyFrame } from '../server_data.js';
 
 const tracks = /** @type {any} */ ({
   id: [1, 2, 3],
@@ -50,13 +51,7 @@ test('corrections replace the engine’s values', () => {
   const merged = { ...emptyDoc({ track: 3, first: 90, last: 99 }), gone: true };
   assert.deepEqual(countExportedTracks([rejected, nothing, merged], rule()), { tracks: 0, boxes: 0, rejected: 2 });
   assert.deepEqual(countExportedTracks([rejected, nothing, merged], rule({ states: ['accepted'] })), { tracks: 0, boxes: 0, rejected: 0 });
-  const own = {
-    ...blankDoc('hx'),
-    class_id: 5,
-    keys: {
-      10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
-    },
-  };
+  const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: keyFrame({ box: [0, 0, 9, 9] }) } };
   assert.deepEqual(countExportedTracks([own], rule({ labels: new Set([5]), notInSet: 'leave-out' })), { tracks: 1, boxes: 1, rejected: 0 });
 });
 
@@ -79,13 +74,7 @@ test('a remembered choice is restored; invalid values are ignored', () => {
 });
 
 test('what stays behind is counted: open, and without a label of the set', () => {
-  const own = {
-    ...blankDoc('hx'),
-    class_id: 5,
-    keys: {
-      10: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
-    },
-  };
+  const own = { ...blankDoc('hx'), class_id: 5, keys: { 10: keyFrame({ box: [0, 0, 9, 9] }) } };
   const relabelled = { ...emptyDoc({ track: 2, first: 50, last: 99 }), class_id: 9 };
   const noted = { ...emptyDoc({ track: 1, first: 0, last: 19 }), notes: [{ id: 'n', frame: 3, text: 'x', author: 'A', time: '' }] };
   const found = countExported(tracks, [own, relabelled, noted], rule({ states: [...DEFAULT_STATES], notInSet: 'leave-out' }), (id) =>

@@ -20,6 +20,8 @@ import {
   withAnswer,
   withCut,
 } from '../../../static/js/model/following.js';
+import { pluck } from '../pluck.js';
+import { keyFrame } from '../server_data.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 /** @typedef {import('../../../static/js/types.js').Follow} Follow */
@@ -30,15 +32,7 @@ const at = (frame) => {
   return [100 + side, 50, 100 + 2 * side, 50 + side];
 };
 /** @param {object} [change] */
-const key = (change) => ({
-  box: /** @type {Box|null} */ (at(0)),
-  occluded: false,
-  outside: false,
-  interpolate: true,
-  class_id: null,
-  followed: false,
-  ...change,
-});
+const key = (change) => keyFrame({ box: at(0), ...change });
 /** @param {Partial<Follow>} change @returns {Follow} */
 const answer = (change) => ({
   id: 'f1',
@@ -126,10 +120,7 @@ test('a correction is followed between the neighbouring manual boxes, never into
   assert.deepEqual([request.anchors.map(({ frame }) => frame), request.first, request.last], [[10, 30, 40], 10, 40]);
   const late = requestFrom(doc, 'h1', { frame: 60, box: at(60) }, null);
   assert.deepEqual([late.anchors.map(({ frame }) => frame), late.first, late.last], [[40, 60], 40, 69]);
-  assert.deepEqual(
-    requestFrom(doc, 'h1', { frame: 60, box: at(60) }, 'forward').anchors.map(({ frame }) => frame),
-    [60],
-  );
+  assert.deepEqual(pluck(requestFrom(doc, 'h1', { frame: 60, box: at(60) }, 'forward').anchors, 'frame'), [60]);
   const more = requestWith({ ...follow(), first: 40, last: 60 }, { frame: 55, box: at(55) });
   assert.deepEqual([more.anchors.map(({ frame }) => frame), more.first, more.last], [[50, 55], 40, 60]);
 });

@@ -6,6 +6,7 @@ import { comparable, labelFinder } from '../../../static/js/model/label_finder.j
 import { labelName, labelFor, offeredLabels, resolveLabelId } from '../../../static/js/model/labels.js';
 import { NO_CLASS } from '../../../static/js/model/documents.js';
 import { label, labelsNamed } from '../labels.js';
+import { pluck } from '../pluck.js';
 
 /** What the server's matcher answers: tests/labels/test_page_matcher.py. @type {{labels: any[], comparable: [string, string][], find: [string, [number, string]|null][]}} */
 const CASES = JSON.parse(readFileSync(new URL('../../labels/words.json', import.meta.url), 'utf8'));
@@ -35,10 +36,7 @@ test('a merged label is resolved, also across several merges', () => {
     [44, NO_CLASS, null, 999].map((id) => labelName(SET, id)),
     ['no parking', 'not in the set', 'unlabelled', 'label 999'],
   );
-  assert.deepEqual(
-    offeredLabels(SET).map(({ id }) => id),
-    [0, 14, 13, 40, 43, 46, 48],
-  );
+  assert.deepEqual(pluck(offeredLabels(SET), 'id'), [0, 14, 13, 40, 43, 46, 48]);
   const circle = [label({ id: 1, merged_into: 2 }), label({ id: 2, merged_into: 1 }), label({ id: 3, merged_into: 9 })];
   assert.equal(circle.map(({ id }) => resolveLabelId(circle, id)).length, 3);
 });

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { NEW_ATTRIBUTE, changeOf, formOf } from '../../../static/js/model/label_form.js';
-import { label } from '../labels.js';
+import { attribute, label } from '../labels.js';
 
 const stop = label({
   id: 14,
@@ -13,8 +13,8 @@ const stop = label({
   pinned: 2,
   colour: '#aa0000',
   attributes: [
-    { name: 'dirty', kind: 'checkbox', mutable: true, values: [], low: null, high: null, default: false },
-    { name: 'ground', kind: 'select', mutable: false, values: ['red', 'yellow'], low: null, high: null, default: 'red' },
+    attribute({ name: 'dirty', mutable: true, default: false }),
+    attribute({ name: 'ground', kind: 'select', values: ['red', 'yellow'], default: 'red' }),
   ],
 });
 
@@ -44,14 +44,14 @@ test('a new label has the typed fields, and a key only if one was typed', () => 
 });
 
 test('invalid input gives a sentence', () => {
-  const attribute = (/** @type {object} */ more) => ({ ...formOf(stop), attributes: [{ ...NEW_ATTRIBUTE, name: 'a', ...more }] });
+  const withOne = (/** @type {object} */ more) => ({ ...formOf(stop), attributes: [{ ...NEW_ATTRIBUTE, name: 'a', ...more }] });
   for (const [form, words] of /** @type {[any, RegExp][]} */ ([
     [{ ...formOf(stop), name: ' ' }, /name/],
     [{ ...formOf(stop), size_mm: '1e3' }, /width must be a number/],
-    [attribute({ name: ' ' }), /every attribute a name/],
-    [attribute({ kind: 'select', values: ' \n' }), /one per line/],
-    [attribute({ kind: 'select', values: 'x\ny', start: 'z' }), /one of its values/],
-    [attribute({ kind: 'number', low: 'few' }), /the smallest value must be a number, not “few”/],
+    [withOne({ name: ' ' }), /every attribute a name/],
+    [withOne({ kind: 'select', values: ' \n' }), /one per line/],
+    [withOne({ kind: 'select', values: 'x\ny', start: 'z' }), /one of its values/],
+    [withOne({ kind: 'number', low: 'few' }), /the smallest value must be a number, not “few”/],
   ])) {
     const found = changeOf(stop, form);
     assert.match('error' in found ? found.error : '', words);

@@ -12,6 +12,7 @@ import {
   selectTracks,
   withChanged,
 } from '../../../static/js/model/search.js';
+import { rowsOf } from '../pluck.js';
 
 /** @param {string} key @param {object} [further] @returns {any} */
 const track = (key, further = {}) => ({ run: 'r', key, state: 'open', ...further });
@@ -62,11 +63,8 @@ test('click, toggle and range select', () => {
 test('changed tracks keep their positions', () => {
   const tracks = [track('a'), track('b')];
   const now = withChanged(tracks, [track('b', { state: 'accepted' }), track('z')]);
-  assert.deepEqual(
-    now.map(({ key, state }) => [key, state]),
-    [
-      ['a', 'open'],
-      ['b', 'accepted'],
-    ],
-  );
+  assert.deepEqual(rowsOf(now, 'key', 'state'), [
+    ['a', 'open'],
+    ['b', 'accepted'],
+  ]);
 });

@@ -4,6 +4,7 @@ import { test } from 'node:test';
 import { overlayableRuns } from '../../../static/js/model/second_run.js';
 import { switchLayer } from '../../../static/js/operations/view.js';
 import { initialReview, initialState } from '../../../static/js/store/initial.js';
+import { pluck } from '../pluck.js';
 
 test('every other run that has results can lie over the open one', () => {
   const runs = /** @type {any[]} */ (
@@ -15,14 +16,8 @@ test('every other run that has results can lie over the open one', () => {
       ['e', 'cancelled', 2],
     ].map(([id, state, frames_done]) => ({ id, state, frames_done }))
   );
-  assert.deepEqual(
-    overlayableRuns(runs, 'a').map(({ id }) => id),
-    ['c', 'e'],
-  );
-  assert.deepEqual(
-    overlayableRuns(runs, null).map(({ id }) => id),
-    ['a', 'c', 'e'],
-  );
+  assert.deepEqual(pluck(overlayableRuns(runs, 'a'), 'id'), ['c', 'e']);
+  assert.deepEqual(pluck(overlayableRuns(runs, null), 'id'), ['a', 'c', 'e']);
 });
 
 test('the layer of the second run asks which, until there is one; other layers just switch', () => {

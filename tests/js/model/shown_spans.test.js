@@ -7,23 +7,15 @@ import { boxAt } from '../../../static/js/model/effective.js';
 import { describeCorrectionAt } from '../../../static/js/model/describe_corrections.js';
 import { intersectSpans, countFrames, shownSpans } from '../../../static/js/model/shown_spans.js';
 import { seededRandom } from '../harness/synthetic_run.js';
+import { keyFrame } from '../server_data.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 const BOX = /** @type {Box} */ ([0, 0, 9, 9]);
-const key = (/** @type {object} */ change) => ({
-  box: /** @type {Box|null} */ (null),
-  occluded: false,
-  outside: false,
-  interpolate: false,
-  class_id: null,
-  followed: false,
-  ...change,
-});
 /** @param {[number, number][]} pieces @param {Record<string, object>} keys */
 const doc = (pieces, keys) => ({
   ...blankDoc('m7'),
   segments: pieces.map(([first, last]) => ({ track: 7, first, last })),
-  keys: Object.fromEntries(Object.entries(keys).map(([frame, change]) => [frame, key(change)])),
+  keys: Object.fromEntries(Object.entries(keys).map(([frame, change]) => [frame, keyFrame({ interpolate: false, ...change })])),
 });
 
 /** @type {[string, ReturnType<typeof doc>, [number, number][]][]} */

@@ -16,6 +16,7 @@ import { formatRoute, parseRoute } from '../../../static/js/model/route.js';
 import { afterEvent } from '../../../static/js/store/catch_up.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { labelsNamed } from '../labels.js';
+import { pluck } from '../pluck.js';
 
 /** @param {any} fields @returns {import('../../../static/js/types.js').Assignment} */
 const work = (fields) => ({
@@ -55,14 +56,8 @@ test('returned assignments come first, then the oldest; reviewers see those hand
     work({ id: 4, person: 'bob', state: 'in_review' }),
     work({ id: 6, state: 'done' }),
   ];
-  assert.deepEqual(
-    waitingAssignments(all, 'ann').map(({ id }) => id),
-    [5, 1, 3],
-  );
-  assert.deepEqual(
-    assignmentsToReview(all, 'ann').map(({ id }) => id),
-    [4],
-  );
+  assert.deepEqual(pluck(waitingAssignments(all, 'ann'), 'id'), [5, 1, 3]);
+  assert.deepEqual(pluck(assignmentsToReview(all, 'ann'), 'id'), [4]);
 });
 
 test('the next assignment is the one after the open one; after the last, the first', () => {

@@ -30,7 +30,7 @@ test('at a time the last frame shown at or before it is on screen', () => {
 test('key frames before and after', () => {
   assert.deepEqual([base.nextKey(0), base.nextKey(5), base.nextKey(8)], [4, 8, null]);
   assert.deepEqual([base.previousKey(8), base.previousKey(5), base.previousKey(0)], [4, 4, null]);
-  assert.deepEqual([base.isKey(4), base.isKey(5), base.isCorrupt(5), base.isCorrupt(4)], [true, false, true, false]);
+  assert.deepEqual([base.isCorrupt(5), base.isCorrupt(4)], [true, false]);
 });
 
 test('one frame alone has a time', () => {

@@ -5,6 +5,7 @@ import { test } from 'node:test';
 import { blankDoc } from '../../../static/js/model/documents.js';
 import { documentLane, sentencesOfTrack } from '../../../static/js/model/track_lane.js';
 import { syntheticRun, syntheticLane } from '../harness/synthetic_run.js';
+import { rowsOf } from '../pluck.js';
 
 /** @typedef {import('../../../static/js/types.js').TrackLane} TrackLane */
 
@@ -186,15 +187,12 @@ test('sentences cover the remaining frames and name the cuts and joins', () => {
     LANES,
   );
   const reported = found ? sentencesOfTrack(found).filter(({ kind }) => kind === 'joined' || kind === 'cut' || kind === 'born') : [];
-  assert.deepEqual(
-    reported.map(({ frame, kind, text }) => [frame, kind, text]),
-    [
-      [12, 'joined', 'from here on this is the engine’s track #7'],
-      [13, 'cut', 'the engine’s track #7 continues, but not in this track'],
-      [20, 'joined', 'from here on this is the engine’s track #9'],
-      [20, 'born', 'born'],
-    ],
-  );
+  assert.deepEqual(rowsOf(reported, 'frame', 'kind', 'text'), [
+    [12, 'joined', 'from here on this is the engine’s track #7'],
+    [13, 'cut', 'the engine’s track #7 continues, but not in this track'],
+    [20, 'joined', 'from here on this is the engine’s track #9'],
+    [20, 'born', 'born'],
+  ]);
 });
 
 test('how the engine’s track ended is reported in its last part', () => {

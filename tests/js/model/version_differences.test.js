@@ -4,19 +4,13 @@ import { test } from 'node:test';
 
 import { blankDoc } from '../../../static/js/model/documents.js';
 import { MAX_DIFFERENCES, differences, regionAround } from '../../../static/js/model/version_differences.js';
+import { pluck } from '../pluck.js';
+import { keyFrame } from '../server_data.js';
 
 /** @typedef {import('../../../static/js/types.js').Box} Box */
 
 /** @param {number} at @param {object} [more] */
-const key = (at, more = {}) => ({
-  box: /** @type {Box} */ ([at, at, at + 10, at + 10]),
-  occluded: false,
-  outside: false,
-  interpolate: true,
-  class_id: null,
-  followed: false,
-  ...more,
-});
+const key = (at, more = {}) => keyFrame({ box: [at, at, at + 10, at + 10], ...more });
 /** @param {Record<number, ReturnType<typeof key>>} keys @param {object} [more] */
 const doc = (keys, more = {}) => ({ ...blankDoc('m1'), segments: [{ track: 1, first: 0, last: 50 }], keys, ...more });
 /** The engine's box of the frames that are loaded. @param {number} _ @param {number} frame @returns {Box|null} */
@@ -45,10 +39,7 @@ test('a version without a key frame shows the engine’s box; a deleted or hidde
 test('of many frames those nearest to the cursor, in order', () => {
   const saved = doc(Object.fromEntries([2, 10, 14, 18, 40].map((frame) => [frame, key(1)])));
   const mine = doc(Object.fromEntries([2, 10, 14, 18, 40].map((frame) => [frame, key(3)])));
-  assert.deepEqual(
-    differences(saved, mine, engineBox, 15).map(({ frame }) => frame),
-    [10, 14, 18],
-  );
+  assert.deepEqual(pluck(differences(saved, mine, engineBox, 15), 'frame'), [10, 14, 18]);
   assert.equal(MAX_DIFFERENCES, 3);
 });
 

@@ -7,15 +7,15 @@ import { setAttribute, selectedAttributes, toggleAttribute } from '../../../stat
 import { setLabels } from '../../../static/js/store/actions/page.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
 import { createEditorFixture } from '../editing/editor_fixture.js';
-import { label } from '../labels.js';
+import { attribute, label } from '../labels.js';
+import { rowsOf } from '../pluck.js';
 
-const base = { values: [], low: null, high: null, default: null };
 const stop = label({
   id: 14,
   attributes: [
-    { ...base, name: 'lit', kind: 'select', mutable: false, values: ['day', 'night'] },
-    { ...base, name: 'damaged', kind: 'checkbox', mutable: false },
-    { ...base, name: 'temporary', kind: 'checkbox', mutable: true },
+    attribute({ name: 'lit', kind: 'select', values: ['day', 'night'] }),
+    attribute({ name: 'damaged' }),
+    attribute({ name: 'temporary', mutable: true }),
   ],
 });
 
@@ -42,14 +42,11 @@ test('keys tick the checkboxes of the label in their order; those that may chang
     [29, 30].map((frame) => attributesAt(review().docs.m1, frame).temporary),
     [true, false],
   );
-  assert.deepEqual(
-    selectedAttributes(store.get()).map(({ name, value }) => [name, value]),
-    [
-      ['lit', 'night'],
-      ['damaged', true],
-      ['temporary', false],
-    ],
-  );
+  assert.deepEqual(rowsOf(selectedAttributes(store.get()), 'name', 'value'), [
+    ['lit', 'night'],
+    ['damaged', true],
+    ['temporary', false],
+  ]);
   await editor.undo();
   assert.deepEqual(review().docs.m1.attributes, { damaged: true });
   assert.deepEqual(said, [

@@ -8,8 +8,10 @@ import { changeReview } from '../../../static/js/store/actions/review.js';
 import { nearestFrame } from '../../../static/js/views/dialogs/merge.js';
 import { createEditorFixture } from '../editing/editor_fixture.js';
 import { syntheticRun } from '../harness/synthetic_run.js';
+import { pluck } from '../pluck.js';
+import { keyFrame } from '../server_data.js';
 
-const KEY = { box: [10, 10, 30, 30], occluded: false, outside: false, interpolate: true, class_id: null };
+const KEY = keyFrame({ box: [10, 10, 30, 30] });
 /** @param {string} key @param {number} first @param {number} last */
 const track = (key, first, last) => ({ ...blankDoc(key), keys: { [first]: KEY, [last]: KEY } });
 const docs = { ha: track('ha', 10, 20), hb: track('hb', 19, 30), hc: track('hc', 31, 40), hd: track('hd', 20, 22) };
@@ -28,11 +30,7 @@ test('tracks that are seen at once share frames, also with what was added before
       ],
     },
   ]);
-  assert.deepEqual(
-    sharedFrames(review, 'hc', ['ha', 'hd']).map(({ stays }) => stays),
-    [['ha']],
-    'two that were added, not the first one',
-  );
+  assert.deepEqual(pluck(sharedFrames(review, 'hc', ['ha', 'hd']), 'stays'), [['ha']], 'two that were added, not the first one');
 });
 
 test('the words say how many frames, which, and whose box stays', () => {

@@ -4,51 +4,13 @@ import { test } from 'node:test';
 
 import { allOperations } from '../../../static/js/operations/registry.js';
 import { initialState } from '../../../static/js/store/initial.js';
+import { pluck } from '../pluck.js';
 
 const operations = allOperations();
 /** Keys that the product promises. */
 const DOCUMENTED = [
-  'F',
-  'D',
-  'V',
-  'C',
-  'Space',
-  'R',
-  'E',
-  'N',
-  'M',
-  'Alt+M',
-  'K',
-  'O',
-  'Q',
-  'Del',
-  'Shift+Del',
-  'Ctrl+Z',
-  'Ctrl+Shift+Z',
-  '1',
-  '2',
-  '3',
-  '4',
-  '5',
-  '6',
-  '7',
-  '8',
-  'J',
-  'Shift+J',
-  'T',
-  'Shift+T',
-  'Alt+T',
-  '[',
-  ']',
-  'A',
-  'X',
-  'L',
-  'Ctrl+S',
-  'F1',
-  'Ctrl+K',
-  'Shift+L',
-  '9',
-  'Shift+9',
+  ...'F D V C Space R E N M Alt+M K O Q Del Shift+Del Ctrl+Z Ctrl+Shift+Z 1 2 3 4 5'.split(' '),
+  ...'6 7 8 J Shift+J T Shift+T Alt+T [ ] A X L Ctrl+S F1 Ctrl+K Shift+L 9 Shift+9'.split(' '),
 ];
 
 test('a short name is a part of the name, as who speaks to the page says what is written', () => {
@@ -63,11 +25,17 @@ test('every promised key does something, and no key does two things but Enter an
   );
   assert.deepEqual(keys.filter((key, at) => keys.indexOf(key) !== at).sort(), ['Enter', 'Escape']);
   assert.deepEqual(
-    operations.filter((one) => one.keys.includes('Enter')).map(({ id }) => id),
+    pluck(
+      operations.filter((one) => one.keys.includes('Enter')),
+      'id',
+    ),
     ['accept-follow', 'mark'],
   );
   assert.deepEqual(
-    operations.filter((one) => one.keys.includes('Escape')).map(({ id }) => id),
+    pluck(
+      operations.filter((one) => one.keys.includes('Escape')),
+      'id',
+    ),
     ['drop-follow', 'select-mode'],
   );
 });
@@ -91,24 +59,14 @@ test('names are unique; every operation says what it does', () => {
 
 test('outside the review screen only what belongs to the whole page can be had', () => {
   assert.deepEqual(
-    operations.filter((operation) => operation.available(initialState())).map(({ id }) => id),
+    pluck(
+      operations.filter((operation) => operation.available(initialState())),
+      'id',
+    ),
     [
-      'open-add-video',
-      'open-run-queue',
-      'open-export',
-      'open-import-bundle',
-      'open-retrain',
-      'palette',
-      'help',
-      'preferences',
-      'theme-auto',
-      'theme-light',
-      'theme-dark',
-      'screen-library',
-      'screen-search',
-      'screen-files',
-      'screen-labels',
-      'screen-models',
+      ...'open-add-video open-run-queue open-export open-import-bundle open-retrain'.split(' '),
+      ...'palette help preferences theme-auto theme-light theme-dark'.split(' '),
+      ...'screen-library screen-search screen-files screen-labels screen-models'.split(' '),
     ],
   );
   const session = /** @type {any} */ ({ person: { name: 'Ada', role: 'annotator' } });
@@ -125,16 +83,7 @@ test('keys that move may be held; one that judges, cuts, marks or opens somethin
   assert.deepEqual(
     operations.filter(({ repeats }) => repeats).flatMap(({ keys }) => keys),
     [
-      'D',
-      'F',
-      'C',
-      'V',
-      'R',
-      'E',
-      'J',
-      'Shift+J',
-      'Tab',
-      'Shift+Tab',
+      ...'D F C V R E J Shift+J Tab Shift+Tab'.split(' '),
       ...['Left', 'Right', 'Up', 'Down'].flatMap((arrow) => [`Arrow${arrow}`, `Shift+Arrow${arrow}`, `Alt+Arrow${arrow}`]),
       'Ctrl+Z',
       'Ctrl+Shift+Z',

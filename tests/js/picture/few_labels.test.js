@@ -5,19 +5,11 @@ import { test } from 'node:test';
 import { paintLayers } from '../../../static/js/views/picture/painter.js';
 import { changeReview, hover, openReview, toggleFewLabels } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
+import { fakeContext } from '../canvas.js';
+import { overlayTrack } from '../server_data.js';
 
 /** @param {number} id @param {number} x */
-const track = (id, x) => ({
-  id,
-  state: 'confirmed',
-  source: 0,
-  box: [x, 10, x + 20, 30],
-  class_id: id,
-  share: 1,
-  prediction: null,
-  gate: null,
-  relocalisation: null,
-});
+const track = (id, x) => overlayTrack({ id, box: [x, 10, x + 20, 30], class_id: id });
 
 /** A state with three tracks, a detection of each and one of none, and a box of ground truth. */
 function createState() {
@@ -51,17 +43,12 @@ function createState() {
 function paintedTexts(state) {
   /** @type {string[]} */
   const texts = [];
-  const ctx = new Proxy(
-    {},
-    {
-      get: (_, name) =>
-        name === 'fillText' ? (/** @type {string} */ text) => texts.push(text) : name === 'measureText' ? () => ({ width: 20 }) : () => {},
-      set: () => true,
-    },
-  );
+  const ctx = fakeContext((name, [text]) => {
+    if (name === 'fillText') texts.push(text);
+  });
   const inks = { colour: () => '#fff', casing: '#000', font: '', unit: 1 };
   const review = /** @type {import('../../../static/js/state-types.js').ReviewState} */ (state.review);
-  const counts = paintLayers(/** @type {any} */ (ctx), review, review.viewport, { width: 640, height: 360 }, inks, (id) => `class ${id}`);
+  const counts = paintLayers(ctx, review, review.viewport, { width: 640, height: 360 }, inks, (id) => `class ${id}`);
   return { texts: texts.sort(), counts };
 }
 

@@ -5,27 +5,12 @@ import { test } from 'node:test';
 import { changeReview, openReview } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createKeepInView } from '../../../static/js/views/picture/keep_in_view.js';
+import { overlayTrack } from '../server_data.js';
 
 const SCREEN = { width: 400, height: 300 };
 
 /** @param {number} x */
-const overlay = (x, frame = 0) => ({
-  frame,
-  detections: [],
-  tracks: [
-    {
-      id: 1,
-      state: 'confirmed',
-      source: 0,
-      box: [x, 100, x + 20, 120],
-      class_id: 1,
-      share: 1,
-      prediction: null,
-      gate: null,
-      relocalisation: null,
-    },
-  ],
-});
+const overlay = (x, frame = 0) => ({ frame, detections: [], tracks: [overlayTrack({ box: [x, 100, x + 20, 120] })] });
 
 /** A zoomed view of a track that moves 20 px to the right per frame; returns a function that changes the review. */
 function startReview() {

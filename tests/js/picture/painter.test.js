@@ -6,22 +6,19 @@ import { placeLabels } from '../../../static/js/model/label_layout.js';
 import { changeReview, openReview, toggleLayer } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { paintLayers } from '../../../static/js/views/picture/painter.js';
+import { fakeContext } from '../canvas.js';
+import { overlayTrack } from '../server_data.js';
 
 const BOX = [100, 100, 200, 200];
 /** A selected track whose prediction, search and second-best window lie within its box. */
 function createState() {
-  const gate = { l_positive: 4.93, confident: true };
-  const track = {
-    id: 1,
-    state: 'confirmed',
+  const track = overlayTrack({
     source: 2,
     box: BOX,
-    class_id: 1,
-    share: 1,
-    gate,
+    gate: { l_positive: 4.93, confident: true },
     prediction: { box: [110, 110, 190, 190], sigma: [10, 10, 1, 1] },
     relocalisation: { box: [120, 120, 180, 180], search: [105, 105, 195, 195], runner_up: [130, 130, 150, 150], decision: 1 },
-  };
+  });
   const state = openReview(initialState(), /** @type {any} */ ({ id: 'v', width: 640, height: 360, frames: 10 }));
   return changeReview(
     state,
@@ -38,23 +35,9 @@ function createState() {
 function drawingCalls(state) {
   /** @type {{name: string, args: any[]}[]} */
   const calls = [];
-  const ctx = new Proxy(
-    {},
-    {
-      get: (_, name) =>
-        name === 'measureText' ? () => ({ width: 60 }) : (/** @type {any[]} */ ...args) => void calls.push({ name: String(name), args }),
-      set: () => true,
-    },
-  );
+  const ctx = fakeContext((name, args) => calls.push({ name, args }), 60);
   const inks = { colour: () => '#fff', casing: '#000', font: '12px sans', unit: 1 };
-  paintLayers(
-    /** @type {any} */ (ctx),
-    /** @type {any} */ (state.review),
-    { zoom: 1, x: 320, y: 180 },
-    { width: 640, height: 360 },
-    inks,
-    () => 'stop',
-  );
+  paintLayers(ctx, /** @type {any} */ (state.review), { zoom: 1, x: 320, y: 180 }, { width: 640, height: 360 }, inks, () => 'stop');
   return calls;
 }
 

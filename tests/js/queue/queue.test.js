@@ -5,7 +5,9 @@ import { NO_FILTER, endOfQueue, nextInQueue, queueCounts, queueOf, scoreRange, s
 import { trackEntries } from '../../../static/js/model/track_entries.js';
 import { NO_CLASS, blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
 import { syntheticRun } from '../harness/synthetic_run.js';
-import { label } from '../labels.js';
+import { attribute, label } from '../labels.js';
+import { pluck } from '../pluck.js';
+import { keyFrame } from '../server_data.js';
 
 const LABELS = [
   label({ id: 1, name: 'Yield', aliases: ['give way'] }),
@@ -75,12 +77,7 @@ test('the score filter has a minimum and a maximum; tracks without a score pass 
   assert.deepEqual(queueOrder(state({}, { least_score: 2 })), ['m2', 'm1']);
   assert.deepEqual(queueOrder(state({}, { most_score: 2 })), ['m2', 'm3']);
   assert.deepEqual(queueOrder(state({}, { least_score: 1.5, most_score: 2.5 })), ['m2']);
-  const drawn = {
-    ...blankDoc('hab'),
-    keys: {
-      5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
-    },
-  };
+  const drawn = { ...blankDoc('hab'), keys: { 5: keyFrame({ box: [0, 0, 9, 9] }) } };
   assert.deepEqual(queueOrder(state({ hab: drawn }, { most_score: 1 })), ['m3']);
   assert.equal(queueOrder(state({ hab: drawn })).length, 4);
   const entries = trackEntries(state({ hab: drawn }).review.tracks, { hab: drawn });
@@ -100,28 +97,19 @@ test('notes are found by their words, and tracks with notes can be shown alone',
 });
 
 test('tracks are filtered by an attribute value, or by the default value of their label', () => {
-  const attributeOf = (/** @type {any} */ attribute) => ({
-    mutable: false,
-    values: [],
-    low: null,
-    high: null,
-    default: null,
-    ...attribute,
-  });
   const labels = [
     label({
       id: 1,
       name: 'Yield',
-      attributes: [attributeOf({ name: 'dirty', kind: 'checkbox', default: false }), attributeOf({ name: 'lit', kind: 'text' })],
+      attributes: [attribute({ name: 'dirty', default: false }), attribute({ name: 'lit', kind: 'text' })],
     }),
     label({ id: 2, name: 'Stop' }),
   ];
-  const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null };
   const docs = {
-    m1: doc(1, { attributes: { dirty: true }, keys: { 12: { ...key, attributes: { lit: 'dusk' } } } }),
+    m1: doc(1, { attributes: { dirty: true }, keys: { 12: keyFrame({ attributes: { lit: 'dusk' } }) } }),
     m2: doc(2, { attributes: { lit: 'day' } }),
   };
-  const order = (/** @type {any} */ attribute) => queueOrder({ ...state(docs, { attribute }), labels });
+  const order = (/** @type {any} */ wanted) => queueOrder({ ...state(docs, { attribute: wanted }), labels });
   assert.deepEqual(order({ name: 'dirty', value: true }), ['m1']);
   assert.deepEqual(order({ name: 'dirty', value: false }), ['m3']);
   assert.deepEqual(order({ name: 'lit', value: null }), ['m2', 'm1']);
@@ -145,10 +133,9 @@ test('a merged label counts as the label that replaces it', () => {
 });
 
 test('attributes are found by name and value, of the whole track and of single frames', () => {
-  const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
   const docs = {
     m1: doc(1, { attributes: { ground: 'red', dirty: true } }),
-    m2: doc(2, { keys: { 12: { ...key, attributes: { dirty: false } } } }),
+    m2: doc(2, { keys: { 12: keyFrame({ attributes: { dirty: false } }) } }),
   };
   /** @param {string} text */
   const found = (text) => queueOrder(state(docs, { text }));
@@ -174,13 +161,7 @@ test('a track that is not in the set is filtered, found and uncertain as such', 
 });
 
 test('deleted tracks are not in the queue, drawn tracks are', () => {
-  const drawn = {
-    ...blankDoc('hab'),
-    class_id: 1,
-    keys: {
-      5: { box: /** @type {any} */ ([0, 0, 9, 9]), occluded: false, outside: false, interpolate: true, class_id: null, followed: false },
-    },
-  };
+  const drawn = { ...blankDoc('hab'), class_id: 1, keys: { 5: keyFrame({ box: [0, 0, 9, 9] }) } };
   const docs = { m2: doc(2, { gone: true }), hab: drawn };
   assert.deepEqual(queueOrder(state(docs)), ['m3', 'm1', 'hab']);
   const entry = trackEntries(state(docs).review.tracks, docs).at(-1);
@@ -275,7 +256,10 @@ test('parts of a split track name the track of their reasons', () => {
     assert.deepEqual([entry?.whole, entry?.reasons], [false, ['About #2 as the engine made it:', 'It is short: 11 frames.']], key);
   }
   assert.deepEqual(
-    entries.filter((entry) => entry.whole).map((entry) => entry.key),
+    pluck(
+      entries.filter((entry) => entry.whole),
+      'key',
+    ),
     ['m1', 'm3'],
   );
   const merged = {

@@ -7,6 +7,7 @@ import { readMessage } from '../../../static/js/views/recording/messages.js';
 import { seekRequest, selectRequest } from '../../../static/js/views/recording/protocol.js';
 import { createTimeSync } from '../../../static/js/views/recording/time_sync.js';
 import { correctedKeysInOrder, entityOf, trackOf } from '../../../static/js/views/recording/selection.js';
+import { keyFrame } from '../server_data.js';
 
 /** @param {Uint8Array} data */
 const hex = (data) => Buffer.from(data).toString('hex');
@@ -42,8 +43,8 @@ test('a corrected or drawn box maps to its track if the recording has the same c
 });
 
 test('corrected keys are in the order of the recording: by number, then drawn ones, without false positives', () => {
-  const box = /** @type {const} */ ([0, 0, 9, 9]);
-  const key = { box, occluded: false, outside: false, interpolate: true, class_id: 1, followed: false };
+  const box = /** @type {import('../../../static/js/types.js').Box} */ ([0, 0, 9, 9]);
+  const key = keyFrame({ box, class_id: 1 });
   const drawnDoc = (/** @type {string} */ name) => ({ ...blankDoc(name), class_id: 1, keys: { 3: key } });
   const track = (/** @type {number} */ id) => ({ id, box, state: 'confirmed', class_id: 1, prediction: null, relocalisation: null });
   const engineDoc = (/** @type {number} */ id) => emptyDoc({ track: id, first: 0, last: 9 });

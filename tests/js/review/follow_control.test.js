@@ -5,6 +5,7 @@ import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
 import { blankDoc } from '../../../static/js/model/documents.js';
+import { sleep } from '../../../static/js/api/sleep.js';
 import { createFollowControl } from '../../../static/js/review/follow_control.js';
 import { changeReview, openReview } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
@@ -15,8 +16,12 @@ const BOX = /** @type {Box} */ ([10, 10, 30, 30]);
 const WANTED = { key: 'm1', anchors: [{ frame: 5, box: BOX }], only: null, first: 0, last: null };
 const BLANK = { run_id: 'r', key: 'm1', anchors: WANTED.anchors, only: null, first: 0, last: null, error: null, endings: [] };
 
-/** A control with an open run and a scripted server. @param {object} [api] @param {boolean} [acceptsEdits] */
-function createFixture(api = {}, acceptsEdits = true) {
+/** Short waits end at once, long ones with the request. @param {number} ms @param {AbortSignal} signal @returns {Promise<void>} */
+const shortSleep = (ms, signal) =>
+  ms > 1000 ? new Promise((resolve) => signal.addEventListener('abort', () => resolve())) : Promise.resolve();
+
+/** A control with an open run and a scripted server. @param {object} [api] @param {boolean} [acceptsEdits] @param {typeof shortSleep} [sleep] */
+function createFixture(api = {}, acceptsEdits = true, sleep = shortSleep) {
   const store = createStore(initialState());
   store.dispatch(openReview, /** @type {any} */ ({ id: 'v', frames: 100, width: 640, height: 360 }));
   store.dispatch(changeReview, { run: /** @type {any} */ ({ id: 'r' }) });
@@ -47,11 +52,10 @@ function createFixture(api = {}, acceptsEdits = true) {
     author: () => 'ann',
     toast: (text) => messages.push(text),
     edit: (command) => acceptsEdits && commands.push(command) > 0,
-    sleep: (ms, signal) =>
-      ms > 1000 ? new Promise((resolve) => signal.addEventListener('abort', () => resolve(undefined))) : Promise.resolve(),
+    sleep,
   });
   const now = () => store.get().review?.following ?? null;
-  return { control, store, log, commands, messages: messages, now, end: () => ended.abort() };
+  return { control, store, log, commands, messages, now, end: () => ended.abort() };
 }
 const settle = async () => {
   for (let i = 0; i < 60; i += 1) await Promise.resolve();
@@ -139,16 +143,8 @@ test('a correction is another anchor, and cut-off frames stay cut off', async ()
 });
 
 test('a failed follow is reported and removed from the page', async () => {
-  const {
-    control,
-    messages: said,
-    now,
-    end,
-  } = createFixture({
-    startFollow: async () => {
-      throw new ApiError(422, 'no_such_frame', 'The video has frames 0 to 9. Got 50.');
-    },
-  });
+  const startFollow = () => Promise.reject(new ApiError(422, 'no_such_frame', 'The video has frames 0 to 9. Got 50.'));
+  const { control, messages: said, now, end } = createFixture({ startFollow });
   control.start(WANTED);
   await settle();
   assert.deepEqual([now(), said], [null, ['The video has frames 0 to 9. Got 50.']]);
@@ -167,32 +163,14 @@ test('waiting proposals are shown again after a reload', async () => {
 
 test('proposals that wait for days leave nothing behind with each request', async (context) => {
   context.mock.timers.enable({ apis: ['setTimeout'] });
-  const ended = new AbortController();
-  const store = createStore(initialState());
-  store.dispatch(openReview, /** @type {any} */ ({ id: 'v', frames: 100, width: 640, height: 360 }));
-  store.dispatch(changeReview, { run: /** @type {any} */ ({ id: 'r' }) });
   const waiting = { ...BLANK, id: 'f1', state: 'complete', proposals: [], next: 1 };
   /** @type {number[]} */
   const listeners = [];
-  const control = createFollowControl({
-    store,
-    api: /** @type {any} */ ({
-      findFollow: async () => waiting,
-      follow: async (
-        /** @type {string} */ _id,
-        /** @type {number} */ _after,
-        /** @type {number} */ _wait,
-        /** @type {any} */ { signal },
-      ) => {
-        listeners.push(getEventListeners(signal, 'abort').length);
-        return waiting;
-      },
-    }),
-    signal: ended.signal,
-    author: () => 'ann',
-    toast: () => {},
-    edit: () => true,
-  });
+  const follow = async (/** @type {[string, number, number, {signal: AbortSignal}]} */ ...[, , , { signal }]) => {
+    listeners.push(getEventListeners(signal, 'abort').length);
+    return waiting;
+  };
+  const { control, end } = createFixture({ findFollow: async () => waiting, follow }, true, sleep);
   control.open('r');
   for (let i = 0; i < 50; i += 1) {
     await settle();
@@ -201,5 +179,5 @@ test('proposals that wait for days leave nothing behind with each request', asyn
   await settle();
   assert.equal(listeners.length, 50);
   assert.equal(listeners.at(-1), listeners[0]);
-  ended.abort();
+  end();
 });

@@ -4,22 +4,18 @@ import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
 import { changeReview, seek, select } from '../../../static/js/store/actions/review.js';
-import { waitUntil } from '../wait_until.js';
+import { tick, waitUntil } from '../wait_until.js';
 import { deferred } from '../deferred.js';
-import { createLoaderFixture, tick } from './loader_fixture.js';
+import { FRAME_TABLE } from '../server_data.js';
+import { createLoaderFixture } from './loader_fixture.js';
+import { pluck } from '../pluck.js';
 
 test("the cursor's overlays are requested first, those of its neighbours after their arrival", async () => {
   const { overlayRequests: asked, moveTo: go } = await createLoaderFixture();
-  assert.deepEqual(
-    asked.map(({ first }) => first),
-    [0],
-  );
+  assert.deepEqual(pluck(asked, 'first'), [0]);
   asked[0].answer();
   await tick();
-  assert.deepEqual(
-    asked.map(({ first }) => first),
-    [0, 128],
-  );
+  assert.deepEqual(pluck(asked, 'first'), [0, 128]);
   await go(5); // nothing new is needed there
   assert.equal(asked.length, 2);
 });
@@ -30,16 +26,10 @@ test('scrubbing makes one request at a time, and the next one is for the cursor 
   await tick();
   const before = asked.length;
   for (const frame of [1000, 2000, 3000, 4000]) await go(frame);
-  assert.deepEqual(
-    asked.slice(before).map(({ first }) => first),
-    [896],
-  );
+  assert.deepEqual(pluck(asked.slice(before), 'first'), [896]);
   asked[before].answer();
   await tick();
-  assert.deepEqual(
-    asked.slice(before).map(({ first }) => first),
-    [896, 3968],
-  );
+  assert.deepEqual(pluck(asked.slice(before), 'first'), [896, 3968]);
   assert.ok(store.get().review?.overlays[896]); // late overlays are kept
 });
 
@@ -181,7 +171,7 @@ test('an address that changes while its review is loading is followed', async ()
   const table = deferred();
   const { store } = await createLoaderFixture({ answers: { frameTable: () => table.promise, tracks: async () => ({ id: [1, 2] }) } });
   store.dispatch((state) => ({ ...state, route: { screen: 'review', video: 'v', run: 'r', frame: 70, track: 'm2' } }));
-  table.resolve({ frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] });
+  table.resolve(FRAME_TABLE);
   await tick();
   assert.equal(store.get().review?.frame, 70);
   assert.equal(store.get().review?.selected, 'm2');
@@ -192,7 +182,7 @@ test('progress of a run does not restart the opening of its review', async () =>
   let requests = 0;
   const { store, loader } = await createLoaderFixture({ answers: { frameTable: () => (requests++, table.promise) } });
   for (const frames_done of [10, 20, 30]) loader.onProgress(/** @type {any} */ ({ id: 'r', video_id: 'v', state: 'running', frames_done }));
-  table.resolve({ frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] });
+  table.resolve(FRAME_TABLE);
   for (let i = 0; i < 5; i++) await tick();
   assert.equal(requests, 1);
   assert.equal(store.get().review?.run?.id, 'r');

@@ -6,8 +6,8 @@ import { createLoader } from '../../../static/js/review/loader.js';
 import { seek } from '../../../static/js/store/actions/review.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
-
-export const tick = () => new Promise((resolve) => setTimeout(resolve, 2));
+import { FRAME_TABLE } from '../server_data.js';
+import { tick } from '../wait_until.js';
 
 /**
  * A loader with an open run. Requests for overlays are answered by the test.
@@ -29,7 +29,7 @@ export async function createLoaderFixture({ answers = {}, track = null } = {}, h
   const api = /** @type {any} */ ({
     video: async () => video,
     runs: async () => [run],
-    frameTable: async () => ({ frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] }),
+    frameTable: async () => FRAME_TABLE,
     tracks: async () => null,
     lanes: async () => null,
     earlier: async () => null,

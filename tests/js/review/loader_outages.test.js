@@ -4,8 +4,9 @@ import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
 import { select } from '../../../static/js/store/actions/review.js';
-import { waitUntil } from '../wait_until.js';
-import { createLoaderFixture, tick } from './loader_fixture.js';
+import { tick, waitUntil } from '../wait_until.js';
+import { FRAME_TABLE } from '../server_data.js';
+import { createLoaderFixture } from './loader_fixture.js';
 
 test('tracks that could not be loaded during an outage are loaded after it', async () => {
   let isOffline = false;
@@ -38,7 +39,7 @@ test('a request that timed out is repeated, and its banner is removed', async ()
     answers: {
       frameTable: async () => {
         if (isSlow) throw timeout();
-        return { frames: 5000, time_base: [1, 25], first_pts: 0, steps: [[1, 4999]], keys: [0], corrupt: [] };
+        return FRAME_TABLE;
       },
       tracks: async () => {
         if (isSlow) throw timeout();
@@ -87,12 +88,8 @@ test('a clock that is set back an hour delays nothing', async (context) => {
   const noon = Date.UTC(2026, 9, 25, 12);
   context.mock.timers.enable({ apis: ['Date'], now: noon });
   let loads = 0;
-  const {
-    store,
-    requestedLanes: lanes,
-    failure,
-    loader,
-  } = await createLoaderFixture({ answers: { tracks: async () => ({ id: [(loads += 1)] }) } });
+  const fixture = await createLoaderFixture({ answers: { tracks: async () => ({ id: [(loads += 1)] }) } });
+  const { store, requestedLanes: lanes, failure, loader } = fixture;
   failure.thrown = new ApiError(0, 'offline', 'No answer.');
   store.dispatch(select, 'm7');
   await tick();

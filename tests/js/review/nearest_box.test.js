@@ -8,7 +8,7 @@ import { nearestBox } from '../../../static/js/review/nearest_box.js';
 const box = (x) => [x, 0, x + 10, 10];
 const lane = { frame: [10, 11, 12], box: [box(10), box(11), box(12)] };
 const doc = { segments: [{ track: 7, first: 10, last: 11 }], keys: { 30: { box: box(30) }, 40: { box: null } } };
-const review = /** @type {any} */ ({ frame: 0, docs: { m7: doc, h1: { segments: [], keys: {} } }, laneOf: { 7: lane, 8: lane } });
+const review = /** @type {any} */ ({ docs: { m7: doc, h1: { segments: [], keys: {} } }, laneOf: { 7: lane, 8: lane } });
 
 test('the nearest box is a corrected one, or one of the engine in the remaining parts', () => {
   for (const [key, frame, found] of /** @type {[string, number, number|null][]} */ ([
@@ -20,6 +20,6 @@ test('the nearest box is a corrected one, or one of the engine in the remaining 
     ['m9', 3, null],
     ['h1', 3, null],
   ])) {
-    assert.deepEqual(nearestBox(review, key, frame)?.box ?? null, found === null ? null : box(found), `${key} at ${frame}`);
+    assert.deepEqual(nearestBox({ ...review, frame }, key)?.box ?? null, found === null ? null : box(found), `${key} at ${frame}`);
   }
 });

@@ -4,6 +4,7 @@ import { test } from 'node:test';
 import { formatRoute, parseRoute, currentAddress, isSameView } from '../../../static/js/model/route.js';
 import * as actions from '../../../static/js/store/actions/page.js';
 import { initialState } from '../../../static/js/store/initial.js';
+import { pluck, rowsOf } from '../pluck.js';
 
 /** @param {string} id @param {object} [more] */
 const video = (id, more = {}) => /** @type {any} */ ({ id, name: id, ...more });
@@ -13,27 +14,18 @@ const run = (id, more = {}) => /** @type {any} */ ({ id, video_id: 'v', ...more 
 test('a changed video takes its place, a new one comes first, an unloaded list stays unloaded', () => {
   assert.equal(actions.putVideo(initialState(), video('a')).videos, null);
   const state = actions.setVideos(initialState(), [video('a'), video('b')]);
-  assert.deepEqual(
-    actions.putVideo(state, video('b', { state: 'ready' })).videos?.map(({ id, state: now }) => [id, now]),
-    [
-      ['a', undefined],
-      ['b', 'ready'],
-    ],
-  );
-  assert.deepEqual(
-    actions.putVideo(state, video('c')).videos?.map(({ id }) => id),
-    ['c', 'a', 'b'],
-  );
+  assert.deepEqual(rowsOf(actions.putVideo(state, video('b', { state: 'ready' })).videos, 'id', 'state'), [
+    ['a', undefined],
+    ['b', 'ready'],
+  ]);
+  assert.deepEqual(pluck(actions.putVideo(state, video('c')).videos, 'id'), ['c', 'a', 'b']);
 });
 
 test('runs of a video that is not loaded are not made up from one event', () => {
   const empty = initialState();
   assert.equal(actions.putRun(empty, run('r')), empty);
   const state = actions.setRuns(empty, 'v', [run('r')]);
-  assert.deepEqual(
-    actions.putRun(state, run('s')).runs.v.map(({ id }) => id),
-    ['s', 'r'],
-  );
+  assert.deepEqual(pluck(actions.putRun(state, run('s')).runs.v, 'id'), ['s', 'r']);
   assert.deepEqual(actions.dropRun(state, 'r').runs.v, []);
   assert.deepEqual(actions.dropVideo(actions.setVideos(state, [video('v')]), 'v').runs, {});
 });
@@ -45,11 +37,7 @@ test('a banner replaces the one of its id; what changes nothing is the same stat
     text: '3',
   });
   const state = actions.showBanner(both, { id: 'x', tone: 'error', text: '2' });
-  assert.deepEqual(
-    state.banners.map(({ text }) => text),
-    ['2', '3'],
-    'in its place',
-  );
+  assert.deepEqual(pluck(state.banners, 'text'), ['2', '3'], 'in its place');
   assert.equal(actions.hideBanner(state, 'y'), state);
   assert.equal(actions.setConnection(state, 'online'), state);
   assert.equal(actions.closeDialog(state), state);
@@ -111,17 +99,11 @@ test('files and versions take their place, and leave it', () => {
   assert.equal(actions.putOutput(initialState(), made('a')).outputs, null);
   let state = actions.setOutputs(initialState(), [made('a')]);
   state = actions.putOutput(actions.putOutput(state, made('b')), made('a', { state: 'complete' }));
-  assert.deepEqual(
-    state.outputs?.map(({ id, state: now }) => [id, now]),
-    [
-      ['b', 'queued'],
-      ['a', 'complete'],
-    ],
-  );
-  assert.deepEqual(
-    actions.dropOutputOrModel(state, 'b').outputs?.map(({ id }) => id),
-    ['a'],
-  );
+  assert.deepEqual(rowsOf(state.outputs, 'id', 'state'), [
+    ['b', 'queued'],
+    ['a', 'complete'],
+  ]);
+  assert.deepEqual(pluck(actions.dropOutputOrModel(state, 'b').outputs, 'id'), ['a']);
   assert.equal(actions.dropOutputOrModel(state, 'x'), state);
 });
 

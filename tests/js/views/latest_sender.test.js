@@ -6,19 +6,22 @@ import { ApiError } from '../../../static/js/api/errors.js';
 import { createLatestSender } from '../../../static/js/views/latest_sender.js';
 import { deferred } from '../deferred.js';
 
+/** A sender that notes what it sends, and what was sent. @param {Parameters<typeof createLatestSender>[1]} [options] @param {(value: number) => unknown} [send]   sends a value, or throws */
+function createFixture(options = { wait: () => Promise.resolve() }, send = () => {}) {
+  /** @type {number[]} */
+  const sent = [];
+  const sender = createLatestSender(async (/** @type {number} */ value) => {
+    sent.push(value);
+    await send(value);
+  }, options);
+  return { sender, sent };
+}
+
 const nextTurn = () => new Promise((resolve) => setImmediate(resolve));
 
 test('while one value is being sent, only the newest waiting value is kept', async () => {
-  /** @type {number[]} */
-  const sent = [];
   const first = deferred();
-  const sender = createLatestSender(
-    (/** @type {number} */ value) => {
-      sent.push(value);
-      return value === 1 ? first.promise : Promise.resolve();
-    },
-    { wait: () => Promise.resolve() },
-  );
+  const { sender, sent } = createFixture(undefined, (value) => (value === 1 ? first.promise : undefined));
   for (const value of [1, 2, 3, 4]) sender.push(value);
   await nextTurn();
   assert.deepEqual(sent, [1]);
@@ -28,15 +31,8 @@ test('while one value is being sent, only the newest waiting value is kept', asy
 });
 
 test('there is a pause between two values', async () => {
-  /** @type {number[]} */
-  const sent = [];
   const pause = deferred();
-  const sender = createLatestSender(
-    async (/** @type {number} */ value) => {
-      sent.push(value);
-    },
-    { wait: () => pause.promise },
-  );
+  const { sender, sent } = createFixture({ wait: () => pause.promise });
   sender.push(1);
   await nextTurn();
   sender.push(2);
@@ -50,15 +46,9 @@ test('there is a pause between two values', async () => {
 test('a failure is reported, and the next value is sent', async () => {
   /** @type {unknown[]} */
   const errors = [];
-  /** @type {number[]} */
-  const sent = [];
-  const sender = createLatestSender(
-    async (/** @type {number} */ value) => {
-      sent.push(value);
-      if (value === 1) throw new Error('gone');
-    },
-    { wait: () => Promise.resolve(), onError: (thrown) => errors.push(thrown) },
-  );
+  const { sender, sent } = createFixture({ wait: () => Promise.resolve(), onError: (thrown) => errors.push(thrown) }, (value) => {
+    if (value === 1) throw new Error('gone');
+  });
   sender.push(1);
   await nextTurn();
   sender.push(2);
@@ -69,23 +59,16 @@ test('a failure is reported, and the next value is sent', async () => {
 
 test('the newest value is sent again after a temporary failure', async () => {
   /** @type {number[]} */
-  const sent = [];
-  /** @type {number[]} */
   const pauses = [];
   let pause = deferred();
-  const sender = createLatestSender(
-    async (/** @type {number} */ value) => {
-      sent.push(value);
-      if (sent.length < 3) throw new ApiError(0, 'offline', 'The server cannot be reached.');
-    },
-    {
-      wait: (ms) => {
-        pauses.push(ms);
-        pause = deferred();
-        return pause.promise;
-      },
-    },
-  );
+  const wait = (/** @type {number} */ ms) => {
+    pauses.push(ms);
+    pause = deferred();
+    return pause.promise;
+  };
+  const { sender, sent } = createFixture({ wait }, () => {
+    if (sent.length < 3) throw new ApiError(0, 'offline', 'The server cannot be reached.');
+  });
   sender.push(1);
   await nextTurn();
   pause.resolve();
@@ -101,14 +84,7 @@ test('the newest value is sent again after a temporary failure', async () => {
 });
 
 test('a stopped sender sends nothing', async () => {
-  /** @type {number[]} */
-  const sent = [];
-  const sender = createLatestSender(
-    async (/** @type {number} */ value) => {
-      sent.push(value);
-    },
-    { wait: () => Promise.resolve() },
-  );
+  const { sender, sent } = createFixture();
   sender.stop();
   sender.push(1);
   await nextTurn();

@@ -7,13 +7,26 @@ import { createStore } from '../../../static/js/store/store.js';
 import { startLiveUpdates } from '../../../static/js/views/live_updates.js';
 import { waitUntil } from '../wait_until.js';
 
-test('a full disk shows a banner until there is space or a new connection reports none', () => {
+/** Updates over a stream whose events the test makes. @param {object} [parts]   of the app @param {Parameters<typeof startLiveUpdates>[1]} [options] */
+function createFixture(parts = {}, options = {}) {
   /** @type {any} */
   let hooks;
   const store = createStore(initialState());
-  const api = { session: async () => ({ version: '1.0.0' }) };
-  const app = /** @type {any} */ ({ store, api, signal: new AbortController().signal, receive: () => {}, load: async () => {} });
-  startLiveUpdates(app, { open: (options) => ((hooks = options), /** @type {any} */ ({ retry: () => {} })) });
+  const app = /** @type {any} */ ({
+    store,
+    api: {},
+    signal: new AbortController().signal,
+    receive: () => {},
+    load: async () => {},
+    ...parts,
+  });
+  const open = (/** @type {any} */ given) => ((hooks = given), /** @type {any} */ ({ retry: () => {} }));
+  const updates = startLiveUpdates(app, { open, ...options });
+  return { hooks, updates, store: /** @type {typeof store} */ (app.store) };
+}
+
+test('a full disk shows a banner until there is space or a new connection reports none', () => {
+  const { hooks, store } = createFixture({ api: { session: async () => ({ version: '1.0.0' }) } });
   const shownBanners = () => store.get().banners.map((/** @type {{id: string, text: string}} */ banner) => [banner.id, banner.text]);
   hooks.onConnection('online');
   hooks.onStorage('The disk is full.');
@@ -27,15 +40,11 @@ test('a full disk shows a banner until there is space or a new connection report
 
 test('a failed load is repeated when the server is back, and its banner is removed', async () => {
   let isOffline = true;
-  const store = createStore(initialState());
   const load = async () => {
     if (isOffline) throw new ApiError(0, 'offline', 'No answer.');
   };
   const lifetime = new AbortController();
-  const updates = startLiveUpdates(/** @type {any} */ ({ store, api: {}, signal: lifetime.signal, receive: () => {}, load }), {
-    open: () => /** @type {any} */ ({ retry: () => {} }),
-    retryDelayMs: 5,
-  });
+  const { updates, store } = createFixture({ signal: lifetime.signal, load }, { retryDelayMs: 5 });
   const shownBanners = () => store.get().banners.map((/** @type {{id: string}} */ banner) => banner.id);
   await updates.reload();
   assert.deepEqual(shownBanners(), ['load']);
@@ -47,15 +56,14 @@ test('a failed load is repeated when the server is back, and its banner is remov
 test('a signed-out person is sent to sign in, but a page with work stays open', async () => {
   const denied = () => new ApiError(401, 'signed_out', 'Nobody is signed in here.');
   for (const session of [null, { person: { name: 'ann' } }]) {
-    const store = createStore(/** @type {any} */ ({ ...initialState(), session }));
-    /** @type {any} */
-    let hooks;
     let signInCount = 0;
-    const api = { session: async () => Promise.reject(denied()) };
-    startLiveUpdates(/** @type {any} */ ({ store, api, signal: new AbortController().signal, receive: () => {}, load: async () => {} }), {
-      open: (options) => ((hooks = options), /** @type {any} */ ({ retry: () => {} })),
-      signIn: () => (signInCount += 1),
-    });
+    const { hooks, store } = createFixture(
+      {
+        store: createStore(/** @type {any} */ ({ ...initialState(), session })),
+        api: { session: async () => Promise.reject(denied()) },
+      },
+      { signIn: () => (signInCount += 1) },
+    );
     hooks.onDenied();
     await new Promise((resolve) => setTimeout(resolve, 5));
     assert.equal(signInCount, session === null ? 1 : 0);
@@ -67,17 +75,11 @@ test('a signed-out person is sent to sign in, but a page with work stays open', 
 });
 
 test('the page offers a reload only if the server has another version or build', async () => {
-  /** @type {any} */
-  let hooks;
   let version = '1.0.0';
   let page = 'files-1';
-  const store = createStore(initialState());
   const api = { session: async () => ({ version, page }), outputs: async () => [], assignments: async () => [] };
   const load = async () => store.dispatch((state) => ({ ...state, session: /** @type {any} */ ({ version, page }) }));
-  startLiveUpdates(/** @type {any} */ ({ store, api, signal: new AbortController().signal, receive: () => {}, load }), {
-    files: 'files-1',
-    open: (options) => ((hooks = options), /** @type {any} */ ({ retry: () => {} })),
-  });
+  const { hooks, store } = createFixture({ api, load }, { files: 'files-1' });
   const reconnect = async () => {
     hooks.onConnection('offline');
     hooks.onConnection('online');

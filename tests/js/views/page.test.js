@@ -5,11 +5,13 @@ import { arrange } from '../../../static/js/model/library_order.js';
 import { describeVersion as describeDoc, differingKeyFrames } from '../../../static/js/views/dialogs/conflict.js';
 import { truncatedMessage } from '../../../static/js/views/dialogs/add_video.js';
 import { groupOperations } from '../../../static/js/views/dialogs/help.js';
-import { labelsNamed } from '../labels.js';
+import { SPEED_LABELS as LABELS } from '../labels.js';
 import { tooltipPlace } from '../../../static/js/views/tooltip.js';
 import { describeSaveState } from '../../../static/js/views/topbar.js';
 import { findParameters, parseValue, presetValue } from '../../../static/js/views/parameter_fields.js';
 import { changedFrameCount, listChanges } from '../../../static/js/views/whatif_changes.js';
+import { pluck, rowsOf } from '../pluck.js';
+import { keyFrame } from '../server_data.js';
 
 /** @param {Partial<import('../../../static/js/types.js').Parameter>} [more] @returns {import('../../../static/js/types.js').Parameter} */
 const parameter = (more = {}) => ({
@@ -26,14 +28,6 @@ const parameter = (more = {}) => ({
   ...more,
 });
 
-const LABELS = labelsNamed([
-  'speed limit 20 km/h',
-  'speed limit 30 km/h',
-  'speed limit 80 km/h',
-  'end of speed limit 80 km/h',
-  'no overtaking',
-  'stop',
-]);
 test('typed values are checked against type and range', () => {
   assert.deepEqual(parseValue(parameter(), ' 2.5e1 '), { value: 25 });
   assert.deepEqual(parseValue(parameter(), '.5'), { value: 0.5 });
@@ -68,14 +62,8 @@ test('the message for a truncated folder says how many entries are listed and wh
 
 test('parameters are found by name and by meaning, names first', () => {
   const all = [parameter({ name: 'delta', description: 'like tau, of the classifier' }), parameter()];
-  assert.deepEqual(
-    findParameters(all, 'tau').map(({ name }) => name),
-    ['tau', 'delta'],
-  );
-  assert.deepEqual(
-    findParameters(all, 'CONFIDENT gate').map(({ name }) => name),
-    ['tau'],
-  );
+  assert.deepEqual(pluck(findParameters(all, 'tau'), 'name'), ['tau', 'delta']);
+  assert.deepEqual(pluck(findParameters(all, 'CONFIDENT gate'), 'name'), ['tau']);
 });
 
 test('the library searches for every word and sorts by the chosen order', () => {
@@ -157,17 +145,14 @@ test('differences of a replay are described, with the frame to open', () => {
       },
     },
   });
-  assert.deepEqual(
-    listChanges(run, 'gained', LABELS).map(({ text, frame, isReplayTrack: own }) => [text, frame, own]),
-    [['stop, frames 10–30', 10, true]],
-  );
+  assert.deepEqual(rowsOf(listChanges(run, 'gained', LABELS), 'text', 'frame', 'isReplayTrack'), [['stop, frames 10–30', 10, true]]);
   assert.match(listChanges(run, 'switched', LABELS)[0].text, /2 parts at frame 44/);
   assert.equal(listChanges(run, 'relabelled', LABELS)[0].text, 'unlabelled → speed limit 20 km/h');
   assert.deepEqual(listChanges(run, 'lost', LABELS), []);
 });
 
 test('key frames that differ only in a box are listed', () => {
-  const key = { box: [10, 20.04, 30, 40], occluded: false, outside: false, interpolate: false, class_id: null, followed: false };
+  const key = keyFrame({ box: [10, 20.04, 30, 40], interpolate: false });
   /** @param {Record<string, object>} keys @returns {any} */
   const doc = (keys) => ({ keys });
   assert.deepEqual(

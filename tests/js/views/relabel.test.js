@@ -5,16 +5,10 @@ import { NO_CLASS, emptyDoc } from '../../../static/js/model/documents.js';
 import { labelFinder } from '../../../static/js/model/label_finder.js';
 import { describeMerge } from '../../../static/js/views/dialogs/label_merge.js';
 import { unmatchedTextRow, isAlreadySet, sideBesideBox, voteShares, reordered } from '../../../static/js/views/dialogs/relabel.js';
-import { label, labelsNamed } from '../labels.js';
+import { SPEED_LABELS as LABELS, label, labelsNamed } from '../labels.js';
+import { pluck } from '../pluck.js';
+import { keyFrame } from '../server_data.js';
 
-const LABELS = labelsNamed([
-  'speed limit 20 km/h',
-  'speed limit 30 km/h',
-  'speed limit 80 km/h',
-  'end of speed limit 80 km/h',
-  'no overtaking',
-  'stop',
-]);
 /** @param {readonly import('../../../static/js/types.js').Label[]} labels @param {string} text */
 const findLabels = (labels, text) => labelFinder(labels).search(text, labels);
 
@@ -42,22 +36,15 @@ test('the present label and the engine’s other readings come first until somet
   );
   assert.deepEqual([...voteShares(null), ...voteShares({ classes: [2], votes: [null] })], []);
   const offered = reordered(LABELS, [4, ...voteShares(lane).keys()]);
-  assert.deepEqual(
-    findLabels(offered, '').map(({ id }) => id),
-    [4, 2, 5, 3, 0, 1],
-  );
-  assert.deepEqual(
-    findLabels(offered, 'speed').map(({ id }) => id),
-    [0, 1, 2, 3],
-  );
+  assert.deepEqual(pluck(findLabels(offered, ''), 'id'), [4, 2, 5, 3, 0, 1]);
+  assert.deepEqual(pluck(findLabels(offered, 'speed'), 'id'), [0, 1, 2, 3]);
   assert.deepEqual(reordered(LABELS, [NO_CLASS, null]), LABELS);
 });
 
 test('a label that is already set is not set again; labels of single boxes count', () => {
   const doc = { ...emptyDoc({ track: 7, first: 0, last: 99 }), class_id: NO_CLASS };
-  const key = { box: null, occluded: false, outside: false, interpolate: false, class_id: 14, followed: false };
   assert.deepEqual([isAlreadySet(doc, null, NO_CLASS), isAlreadySet(doc, null, null), isAlreadySet(doc, 5, null)], [true, false, true]);
-  const single = { ...doc, keys: { 5: key } };
+  const single = { ...doc, keys: { 5: keyFrame({ class_id: 14 }) } };
   assert.deepEqual(
     [isAlreadySet(single, null, NO_CLASS), isAlreadySet(single, 5, 14), isAlreadySet(single, 5, null)],
     [false, true, false],
@@ -66,14 +53,8 @@ test('a label that is already set is not set again; labels of single boxes count
 
 test('a number in the name of a label goes before a class number', () => {
   const all = [...LABELS, ...['ice or snow', 'children'].map((name, i) => label({ id: 30 + i, name }))];
-  assert.deepEqual(
-    findLabels(all, '30').map(({ name }) => name),
-    ['speed limit 30 km/h', 'ice or snow'],
-  );
-  assert.deepEqual(
-    findLabels(all, '31').map(({ name }) => name),
-    ['children'],
-  );
+  assert.deepEqual(pluck(findLabels(all, '30'), 'name'), ['speed limit 30 km/h', 'ice or snow']);
+  assert.deepEqual(pluck(findLabels(all, '31'), 'name'), ['children']);
 });
 
 test('the label dialog opens on the side away from the sign', () => {

@@ -6,6 +6,7 @@ import { initialState } from '../../../static/js/store/initial.js';
 import { createStore } from '../../../static/js/store/store.js';
 import { createCatchUp } from '../../../static/js/store/catch_up.js';
 import { uploadVideo } from '../../../static/js/views/library_uploads.js';
+import { pluck } from '../pluck.js';
 
 test('a new video is not reported as known, even if its event arrives before the answer to the upload', async () => {
   const store = createStore(setVideos(initialState(), []));
@@ -24,8 +25,5 @@ test('a new video is not reported as known, even if its event arrives before the
   assert.equal(await uploadVideo(app, file), null);
   assert.equal(await uploadVideo(app, file), 'drive.mp4 is already in the library.');
   assert.equal(await uploadVideo(app, /** @type {any} */ ({ name: 'copy.mp4' })), 'copy.mp4 is already in the library, as drive.mp4.');
-  assert.deepEqual(
-    store.get().videos?.map(({ id }) => id),
-    ['a'],
-  );
+  assert.deepEqual(pluck(store.get().videos, 'id'), ['a']);
 });

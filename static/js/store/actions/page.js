@@ -26,24 +26,16 @@ export const setRoute = (state, route) => ({ ...state, route });
 /** @param {State} state @param {Video[]} videos @returns {State} */
 export const setVideos = (state, videos) => ({ ...state, videos });
 
-/**
- * Add or replace a video; newest first.
- * @param {State} state
- * @param {Video} video
- * @returns {State}
- */
+/** Add or replace a video; newest first. @param {State} state @param {Video} video @returns {State} */
 export function putVideo(state, video) {
-  const videos = state.videos ?? [];
-  const isKnown = videos.some((other) => other.id === video.id);
-  const next = isKnown ? videos.map((other) => (other.id === video.id ? video : other)) : [video, ...videos];
   const review = state.review?.video.id === video.id ? { ...state.review, video } : state.review;
-  return { ...state, videos: state.videos === null ? null : next, review };
+  return { ...state, videos: state.videos && withItem(state.videos, video), review };
 }
 
 /** @param {State} state @param {string} id @returns {State} */
 export function dropVideo(state, id) {
   const { [id]: _, ...runs } = state.runs;
-  return { ...state, videos: state.videos?.filter((video) => video.id !== id) ?? null, runs };
+  return { ...state, videos: withoutItem(state.videos, id), runs };
 }
 
 /** @param {State} state @param {string} video @param {Run[]} runs @returns {State} */
@@ -59,9 +51,7 @@ export function putRun(state, run) {
   const review = state.review?.run?.id === run.id ? { ...state.review, run } : state.review;
   const runs = state.runs[run.video_id];
   if (!runs) return review === state.review ? state : { ...state, review };
-  const isKnown = runs.some((other) => other.id === run.id);
-  const next = isKnown ? runs.map((other) => (other.id === run.id ? run : other)) : [run, ...runs];
-  return { ...state, runs: { ...state.runs, [run.video_id]: next }, review };
+  return { ...state, runs: { ...state.runs, [run.video_id]: withItem(runs, run) }, review };
 }
 
 /** @param {State} state @param {string} id @returns {State} */
@@ -88,12 +78,7 @@ export const setConnection = (state, connection) => (state.connection === connec
 /** Set the unsaved edits of runs that are not open. @param {State} state @param {State['elsewhere']} elsewhere @returns {State} */
 export const setElsewhere = (state, elsewhere) => (state.elsewhere.length + elsewhere.length === 0 ? state : { ...state, elsewhere });
 
-/**
- * Show a banner, or replace the one with the same id.
- * @param {State} state
- * @param {Banner} banner
- * @returns {State}
- */
+/** Show a banner, or replace the one with the same id. @param {State} state @param {Banner} banner @returns {State} */
 export function showBanner(state, banner) {
   const shown = state.banners.some(({ id }) => id === banner.id);
   const banners = shown ? state.banners.map((one) => (one.id === banner.id ? banner : one)) : [...state.banners, banner];
@@ -102,9 +87,8 @@ export function showBanner(state, banner) {
 
 /** @param {State} state @param {string} id @returns {State} */
 export function hideBanner(state, id) {
-  return state.banners.some((banner) => banner.id === id)
-    ? { ...state, banners: state.banners.filter((banner) => banner.id !== id) }
-    : state;
+  const banners = withoutItem(state.banners, id);
+  return banners === state.banners ? state : { ...state, banners };
 }
 
 /** @param {State} state @param {import('../../types.js').Output[]} outputs @returns {State} */
@@ -116,10 +100,7 @@ export const setOutputs = (state, outputs) => ({ ...state, outputs });
  * @param {import('../../types.js').Output} output
  * @returns {State}
  */
-export function putOutput(state, output) {
-  if (state.outputs === null) return state;
-  return { ...state, outputs: withItem(state.outputs, output) };
-}
+export const putOutput = (state, output) => (state.outputs === null ? state : { ...state, outputs: withItem(state.outputs, output) });
 
 /** @param {State} state @param {import('../../types.js').ModelVersion[]} models @returns {State} */
 export const setModels = (state, models) => ({ ...state, models });
@@ -140,12 +121,7 @@ export function putModel(state, version) {
   };
 }
 
-/**
- * Remove a file or a version.
- * @param {State} state
- * @param {string} id
- * @returns {State}
- */
+/** Remove a file or a version. @param {State} state @param {string} id @returns {State} */
 export function dropOutputOrModel(state, id) {
   const outputs = withoutItem(state.outputs, id);
   const models = withoutItem(state.models, id);
@@ -153,6 +129,7 @@ export function dropOutputOrModel(state, id) {
 }
 
 /**
+ * The list with an item replaced, or put at its start.
  * @template {{id: string}} T
  * @param {T[]} list
  * @param {T} item
@@ -163,11 +140,13 @@ function withItem(list, item) {
 }
 
 /**
+ * The list without an item; the same object if it has none of that id.
  * @template {{id: string}} T
- * @param {T[]|null} list
+ * @template {T[]|null} L
+ * @param {L} list
  * @param {string} id
- * @returns {T[]|null}
+ * @returns {L}
  */
 function withoutItem(list, id) {
-  return list?.some((item) => item.id === id) ? list.filter((item) => item.id !== id) : list;
+  return list?.some((item) => item.id === id) ? /** @type {L} */ (list.filter((item) => item.id !== id)) : list;
 }

@@ -183,8 +183,5 @@ export const cutFollowing = (state, end) =>
 /** Number of frames of the video on the review screen, at least 1. @param {ReviewState|null} review */
 export const frameCount = (review) => Math.max(1, review?.timebase?.frames ?? review?.video.frames ?? 1);
 
-/**
- * @param {ReviewState} review
- * @param {number} frame
- */
+/** @param {ReviewState} review @param {number} frame */
 const clampFrame = (review, frame) => Math.min(frameCount(review) - 1, Math.max(0, Math.round(frame)));
