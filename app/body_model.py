@@ -16,8 +16,6 @@ from pydantic_core import CoreSchema
 
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "Model", "Moment"]
-
 PLAIN = r"^[^\x00]*$"
 """Pattern of texts that are stored in the database: no NUL, which PostgreSQL cannot hold."""
 

@@ -33,8 +33,6 @@ from app.videos.import_files import import_files
 from app.videos.view import publish_video
 from tsr_engine.errors import VideoError
 
-__all__ = ["PROBE_INTERVAL_S", "RETRY_DELAY_S", "FileSync"]
-
 RETRY_DELAY_S: Final = 60.0
 """Seconds until a failed copy is tried again."""
 PROBE_INTERVAL_S: Final = 2.0

@@ -21,8 +21,6 @@ from app.storage.models import Follow, ModelVersion, Output, Run, Video
 from app.videos.import_files import clear_import
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["KINDS"]
-
 
 def _task(name: str) -> Callable[[], Task]:
     """Import the task ``module:function`` when it is called: only the worker that runs it loads the engine."""

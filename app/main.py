@@ -44,8 +44,6 @@ from app.settings import Settings
 from app.startup import start, stop
 from tsr_engine.version import __version__
 
-__all__ = ["create_app"]
-
 # most requested first: each request searches its route in this order
 _ROUTERS = (
     edits,

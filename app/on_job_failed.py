@@ -16,8 +16,6 @@ from app.training.view import publish_model
 from app.videos.error_text import with_upload_name
 from app.videos.view import publish_video
 
-__all__ = ["on_job_failed"]
-
 Subject = Follow | ModelVersion | Output | Run | Video
 """Subjects of jobs."""
 

@@ -9,8 +9,6 @@ from app.runs.view import publish_run
 from app.storage.models import Follow, Job, ModelVersion, Run
 from app.training.view import publish_model
 
-__all__ = ["on_job_note"]
-
 NoteSubject = Follow | ModelVersion | Run
 """Subjects that have a note."""
 

@@ -16,8 +16,6 @@ from tsr_engine.errors import UsageError
 from tsr_engine.io.cores import usable_cores
 from tsr_engine.io.video_limits import MAX_PIXELS, VideoLimits
 
-__all__ = ["DATABASE_FILE", "MAKE_HOME", "Settings", "load_settings", "no_home"]
-
 DATABASE_FILE = "tsr.sqlite"
 """SQLite database in a data folder."""
 MAKE_HOME = Path("out", "review")

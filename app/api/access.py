@@ -14,8 +14,6 @@ from app.context import Context
 from app.people.identity import Identity
 from app.security.access import identity_of
 
-__all__ = ["EVERYBODY", "Who", "WhoDep", "authorise", "operation_of"]
-
 EVERYBODY: Final = frozenset({"sign_in", "login", "sign_in_page", "index", "icon"})
 """Operations that need no sign-in, because signing in uses them."""
 

@@ -23,8 +23,6 @@ from app.evidence.tracks import TrackColumns
 from app.runs.view import StartedRun, started_run
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["router"]
-
 router = api_router("evidence")
 
 Ordinal = Annotated[int, Query(ge=0, le=2**31 - 1)]

@@ -26,8 +26,6 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.formats import UnknownNames
 from tsr_engine.exchange.registry import FORMATS
 
-__all__ = ["router"]
-
 _T = TypeVar("_T")
 
 router = api_router("exchange")

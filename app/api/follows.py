@@ -17,8 +17,6 @@ from app.context import ContextDep
 from app.edits.documents import Frame, Key
 from app.follows.view import FollowAnchor, FollowView, Only
 
-__all__ = ["router"]
-
 router = api_router("follows")
 
 FollowId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the follow: 32 hexadecimal digits")]

@@ -17,8 +17,6 @@ from app.context import ContextDep
 from app.edits.documents import ClassId
 from app.exchange.take_over import TakenOver
 
-__all__ = ["router"]
-
 router = api_router("ground truth")
 
 VideoId = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="SHA-256 of the video")]

@@ -30,8 +30,6 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.files import dump_set
 from tsr_engine.version import __version__
 
-__all__ = ["router"]
-
 router = api_router("labels")
 
 _PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}

@@ -20,8 +20,6 @@ from app.body_model import Model
 from app.context import ContextDep
 from app.outputs.view import OutputView
 
-__all__ = ["DEPRECATED_SINCE", "router"]
-
 DEPRECATED_SINCE: Final = "@1795651200"
 """2026-11-26 in the form of RFC 9745."""
 

@@ -17,8 +17,6 @@ from app.people.activity import Activity, Overview
 from app.people.assignments import AssignmentView, State
 from app.people.service import PersonView
 
-__all__ = ["router"]
-
 router = api_router("people")
 
 PersonName = Annotated[str, Field(min_length=1, max_length=80, pattern=PLAIN)]

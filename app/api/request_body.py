@@ -21,8 +21,6 @@ from app.context import Context
 from app.errors import Invalid, TooLarge, storage_full
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["RAW_BODY", "receive_body", "received_file", "run_while_connected", "safe_name"]
-
 RAW_BODY: Final[JsonObject] = {
     "requestBody": {
         "required": True,

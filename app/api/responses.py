@@ -9,9 +9,6 @@ from fastapi.responses import Response
 from app.body_model import ErrorAnswer, Model
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["PICTURE", "failures", "json_answer"]
-
-
 _BYTES = {"schema": {"type": "string", "format": "binary"}}
 PICTURE: JsonObject = {"content": dict.fromkeys(("image/jpeg", "image/webp", "image/png"), _BYTES)}
 

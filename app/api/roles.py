@@ -10,8 +10,6 @@ from typing import Final
 
 from app.people.roles import Role
 
-__all__ = ["MIN_ROLES", "min_role_of"]
-
 _VIEWER: Final = frozenset(
     {
         "get_session",

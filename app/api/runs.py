@@ -15,8 +15,6 @@ from app.context import ContextDep
 from app.runs.view import RunView, StartedRun, run_view, started_run
 from app.storage.lookup import require_run
 
-__all__ = ["ParameterName", "ParameterValue", "RunId", "VideoId", "router"]
-
 router = api_router("runs")
 
 RunId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the run: 32 hexadecimal digits")]

@@ -21,8 +21,6 @@ from app.search.query import SearchAnswer, SearchRequest, answer
 from app.videos.tags import TagRequest, change_tags
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["router"]
-
 router = api_router("search")
 
 _PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}

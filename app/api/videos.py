@@ -31,8 +31,6 @@ from tsr_engine.io.video_kinds import (
     not_a_video_message,
 )
 
-__all__ = ["router"]
-
 router = api_router("videos")
 
 

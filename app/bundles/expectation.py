@@ -35,8 +35,6 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 
-__all__ = ["expectation_of"]
-
 Edges = tuple[float, float, float, float]
 
 

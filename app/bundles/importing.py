@@ -43,8 +43,6 @@ from tsr_engine.labels.model import LabelSet
 from tsr_engine.params import PRESETS, Params
 from tsr_engine.params.aliases import current_sections
 
-__all__ = ["BundleImport", "BundleImports", "BundleReportView"]
-
 _COMPUTING = 900
 """Limit of computing time to check a bundle, seconds; lower for a short clip, see ``app.bundles.checking``."""
 _WALL = 900.0

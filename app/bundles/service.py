@@ -17,8 +17,6 @@ from app.storage.models import TrackDocument, Video
 from app.videos.error_text import with_upload_name
 from tsr_engine.bundle.layout import MAX_FRAMES
 
-__all__ = ["JOB", "BundleService"]
-
 JOB = "bundle"
 
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from tsr_engine.errors import UsageError
 from tsr_engine.evaluation.tracking import VideoReport
 
-__all__ = ["FIGURES", "Change", "Unit", "budgets", "changes", "over_budget"]
-
 FIGURES: Final[Mapping[str, tuple[str, bool]]] = {
     "found": ("signs found, %", True),
     "coverage": ("frames of signs covered at IoU 0.5, %", True),

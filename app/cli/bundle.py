@@ -14,8 +14,6 @@ from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console
 from tsr_engine.errors import UsageError
 from tsr_engine.plural import plural
 
-__all__ = ["bundle"]
-
 
 def bundle(
     run: Annotated[

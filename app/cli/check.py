@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from app.check.reviewed import ReviewedDrive
     from app.check.run import CheckReport
 
-__all__ = ["EXIT_OVER_BUDGET", "check"]
-
 EXIT_OVER_BUDGET = 22
 
 

@@ -10,8 +10,6 @@ import typer
 from tsr_engine.cli.common import out_console
 from tsr_engine.errors import UsageError
 
-__all__ = ["HomeOption", "OptionOption", "pairs", "print_lines"]
-
 HomeOption = Annotated[
     Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
 ]

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from app.exchange.export import ExportRequest
 
-__all__ = ["export", "formats"]
-
 
 def formats(json: JsonOption = False) -> None:
     """List the formats of other tools, with their options.

@@ -14,9 +14,6 @@ from tsr_engine.cli.common import JsonOption, existing, out_console, print_json,
 from tsr_engine.errors import UsageError
 from tsr_engine.plural import plural
 
-__all__ = ["import_file"]
-
-
 _REMEDY = (
     "Map them to labels with --label NAME=KEY, or choose --unknown add|skip|refuse for the others "
     "(--add NAME adds a single one)."

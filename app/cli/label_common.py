@@ -19,18 +19,6 @@ if TYPE_CHECKING:
     from app.labels.views import Change
     from tsr_engine.labels.model import Label, LabelSet
 
-__all__ = [
-    "FormatOption",
-    "LabelArgument",
-    "SetOption",
-    "change_labels",
-    "find_label",
-    "label_service",
-    "parse_set_key",
-    "print_change",
-    "written",
-]
-
 SetOption = Annotated[
     str | None,
     typer.Option("--set", metavar="KEY", help="Label set.  [default: that of the library]", show_default=False),

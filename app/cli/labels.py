@@ -25,8 +25,6 @@ from app.cli.library import HomeOption
 from tsr_engine.cli.common import JsonOption, out_console, print_json, say
 from tsr_engine.errors import UsageError
 
-__all__ = ["app"]
-
 app = typer.Typer(
     help="List, add and change the labels of a data folder; import and export label sets.",
     no_args_is_help=True,

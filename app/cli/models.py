@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from app.training.service import TrainingService
     from app.training.view import ModelView
 
-__all__ = ["app"]
-
 app = typer.Typer(
     help="List the model versions of a data folder, promote one, or roll back.",
     no_args_is_help=True,

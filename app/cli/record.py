@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from app.exchange.dataset import Source
     from tsr_engine.recording import BoxRows
 
-__all__ = ["record"]
-
 
 def record(
     name: Annotated[

@@ -12,8 +12,6 @@ from app.storage.ids import RUN_ID
 from tsr_engine.errors import InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence.schema import RUN_FILE
 
-__all__ = ["as_command_error", "find_sources", "track_key"]
-
 
 @contextmanager
 def as_command_error() -> Iterator[None]:

@@ -31,8 +31,6 @@ from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.io.locks import is_locked
 
-__all__ = ["ReviewServer", "open_link", "open_running", "serve", "server_config"]
-
 _LOCK = "server.lock"
 _RUNNING = "server.json"
 _START_TIMEOUT_S = 20.0

@@ -15,8 +15,6 @@ from app.edits.effective import AS_ENGINE, effective_track
 from app.evidence.run_columns import FloatColumn, IntColumn
 from tsr_engine.track_table import NO_CLASS, NO_SOURCE, TrackTable
 
-__all__ = ["corrected_boxes"]
-
 
 def corrected_boxes(engine_tracks: TrackTable, documents: Mapping[str, TrackDoc], stop: int) -> TrackTable:
     """Apply documents to the engine's boxes.

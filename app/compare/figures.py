@@ -16,18 +16,6 @@ from tsr_engine.evaluation.matching import Matching
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import TrackTable
 
-__all__ = [
-    "FIRST_UNKNOWN_LABEL",
-    "MAX_PLACES",
-    "MIN_WIDTH",
-    "OF_CANDIDATE",
-    "Cell",
-    "Confusion",
-    "Figure",
-    "confusion",
-    "figures",
-]
-
 MIN_WIDTH = 20.0
 """Minimum width of a sign that counts for coverage, identities and classes, px."""
 MAX_PLACES = 500

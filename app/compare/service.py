@@ -20,8 +20,6 @@ from tsr_engine.labels.classes import resolved_labels
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["CompareService", "Comparison", "Side"]
-
 MATCH_IOU = 0.5
 """Minimum IoU of a match."""
 _NO_LIMIT = 2**62

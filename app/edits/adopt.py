@@ -20,8 +20,6 @@ from app.edits.documents import OPEN_END, Segment, TrackDoc, engine_doc
 from app.edits.effective import AS_ENGINE, EffectiveTrack, effective_track
 from tsr_engine.geometry.boxes import iou_each
 
-__all__ = ["Adoption", "EngineRun", "adopt_documents"]
-
 MIN_MATCH_IOU = 0.5
 MIN_AGREEMENT_IOU = 0.7
 MIN_CORRECTED_IOU = 0.8

@@ -12,8 +12,6 @@ from app.edits.join import join
 from app.edits.relabel import relabelled, with_attribute
 from app.edits.split import clip, split
 
-__all__ = ["CommandError", "apply_command", "touched_keys", "with_class"]
-
 Docs = Mapping[str, TrackDoc]
 
 

@@ -14,21 +14,12 @@ from sqlalchemy.orm import Session
 
 from app.edits.apply import CommandError, apply_command
 from app.edits.commands import Command, CreateTrack, Follow, Interpolate, RelabelBox, RelabelTrack, SetAttribute
-from app.edits.documents import NO_CLASS, TrackDoc
+from app.edits.documents import TrackDoc
 from app.edits.history import last_operations
 from app.errors import Conflict, Invalid, PreconditionRequired
 from app.storage.models import Run, Video
 from tsr_engine.labels.model import LabelSet
-
-__all__ = [
-    "check_revisions",
-    "known_frames",
-    "require_attribute",
-    "require_documents_inside",
-    "require_inside",
-    "require_known_labels",
-    "resolve_label_key",
-]
+from tsr_engine.track_table import NO_CLASS
 
 
 def check_revisions(

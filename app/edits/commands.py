@@ -10,8 +10,6 @@ from pydantic import Field, StrictBool, field_validator
 from app.body_model import PLAIN, Model
 from app.edits.documents import AttributeName, AttributeValue, Box, ClassId, Frame, Key, Review, Segment
 
-__all__ = ["MAX_FOLLOWED_BOXES", "Command", "Redo", "Undo"]
-
 MAX_FOLLOWED_BOXES = 20_000
 """Most boxes of one ``follow`` command."""
 

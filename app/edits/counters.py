@@ -17,8 +17,6 @@ from app.edits.history import undone_operations
 from app.storage.models import Edit, ReviewCount, Verdict, WorkDay
 from tsr_engine.json_shapes import JsonMapping
 
-__all__ = ["Change", "add_to_totals", "count_reviewed", "day_of"]
-
 _MAX_PAUSE: Final = timedelta(minutes=5)
 """Longest pause between two operations that counts as work; of a longer pause only this much counts."""
 _VERDICTS: Final = ("accepted", "rejected")

@@ -34,24 +34,6 @@ from app.body_model import PLAIN, Model
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = [
-    "NO_CLASS",
-    "OPEN_END",
-    "AttributeName",
-    "AttributeValue",
-    "Attributes",
-    "Box",
-    "ClassId",
-    "Frame",
-    "Key",
-    "KeyFrame",
-    "Note",
-    "Review",
-    "Segment",
-    "TrackDoc",
-    "engine_doc",
-]
-
 OPEN_END = 2**31 - 2
 """Last frame of a segment that may still grow, because its run is not complete."""
 _MAX_COORDINATE = 1e5

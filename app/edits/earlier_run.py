@@ -13,8 +13,6 @@ from app.storage.lookup import require_run
 from app.storage.models import Edit, Run
 from app.storage.servers import is_local
 
-__all__ = ["Earlier", "earlier_corrections"]
-
 
 class Earlier(Model):
     """The corrections of an earlier run.

@@ -8,8 +8,6 @@ from itertools import takewhile
 from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["join"]
-
 Span = tuple[int, int]
 """First and last frame, both included."""
 

@@ -25,15 +25,6 @@ from app.storage.lookup import require_run
 from app.storage.models import Edit, Run, TrackDocument, Video
 from app.videos.file_changes import ChangedFiles
 
-__all__ = [
-    "LogStore",
-    "documents_of",
-    "lock_for_edit",
-    "lock_for_many",
-    "lock_run",
-    "lock_tracks",
-]
-
 _MAX_SINGLE_LOADS = 50
 """Up to this many documents are loaded one by one; most are in the session already."""
 _MAX_KEYS = 500

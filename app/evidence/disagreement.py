@@ -22,8 +22,6 @@ from tsr_engine.evaluation.matching import box_pairs
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["MIN_IOU", "DisagreementFinder", "compare_with_run", "other_run", "overruled"]
-
 MIN_IOU = 0.3
 """Minimum IoU of two boxes in one frame that show the same sign."""
 MISSING_WEIGHT = 0.5

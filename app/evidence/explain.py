@@ -13,8 +13,6 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import FloatArray
 
-__all__ = ["Explanation", "explain"]
-
 Line = tuple[float, float, float, float]
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from app.errors import Conflict, Invalid
 from app.evidence.service import EvidenceService
 
-__all__ = ["check_frames"]
-
 
 def check_frames(
     evidence: EvidenceService, run_id: str, first: int, stop: int, output_kind: str, max_frames: int

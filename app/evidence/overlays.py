@@ -14,8 +14,6 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.records import FloatArray
 
-__all__ = ["MAX_FRAMES", "Box", "Overlay", "overlays"]
-
 MAX_FRAMES = 256
 """Maximum number of frames in a request."""
 MAX_NUMBER = 1e9

@@ -16,16 +16,6 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.track_table import SOURCES
 
-__all__ = [
-    "ClassNames",
-    "TrackColumns",
-    "TrackProperties",
-    "label_tracks",
-    "no_tracks",
-    "read_track_properties",
-    "track_columns",
-]
-
 
 class TrackColumns(Model):
     """The confirmed tracks of a run: one column per property, one entry per track."""

@@ -24,8 +24,6 @@ from tsr_engine.errors import StorageError
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.io.opened_file import Stamp, stamp_of
 
-__all__ = ["FETCH_TIMEOUT_S", "MIN_UNUSED_S", "LocalCopy", "SharedFiles", "ensure_local", "shared_files"]
-
 _MAX_FETCHES: Final = 4
 """Maximum number of parallel fetches of one process."""
 _MAX_WAITERS: Final = 8

@@ -24,8 +24,6 @@ from tsr_engine.io.unfinished import fsync_path
 if TYPE_CHECKING:
     from fsspec import AbstractFileSystem
 
-__all__ = ["PROBE_LIMITS", "S3_LIMITS", "FileList", "SharedFilesError", "SharedStore", "files_of"]
-
 _ID_FILE: Final = "store.id"
 _MAX_LIST_BYTES: Final = 16 * 2**20
 S3_LIMITS: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_attempts": 2, "mode": "standard"}}

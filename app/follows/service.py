@@ -22,8 +22,6 @@ from app.storage.lookup import require_run
 from app.storage.models import Follow, FollowPiece, Job
 from app.storage.servers import require_local
 
-__all__ = ["LEASE_S", "FollowService"]
-
 LEASE_S = 20.0
 """Seconds without a request after which a follow in progress is dropped; a page that reloads comes back sooner."""
 RESULT_LIFETIME_S = 86_400.0

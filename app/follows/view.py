@@ -9,8 +9,6 @@ from app.body_model import Model
 from app.edits.documents import Box, Frame
 from app.storage.models import Follow
 
-__all__ = ["FollowAnchor", "FollowEnding", "FollowView", "Only", "follow_view"]
-
 Only = Literal["forward", "backward", "between"]
 """One direction only, or only the frames between the outermost anchors."""
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final, Literal
 
-__all__ = ["LANES", "MAX_WORKERS", "Lane"]
-
 Lane = Literal["long", "short", "imports", "scenes"]
 LANES: Final[tuple[Lane, ...]] = ("long", "short", "imports", "scenes")
 MAX_WORKERS: Final = 2

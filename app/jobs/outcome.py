@@ -11,8 +11,6 @@ from app.jobs.context import TaskContext
 from app.jobs.queue import Fenced, JobQueue
 from app.storage.models import Job
 
-__all__ = ["cancel_subject", "clear_subject", "end_stopped_task", "notify_subject", "report_failure", "requeue"]
-
 
 def notify_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: str | None) -> None:
     """Set the subject of a job to the state of the job, as its kind defines it, and notify pages.

@@ -11,8 +11,6 @@ from typing import Final
 from app.jobs.kinds import JobKinds
 from app.jobs.tasks import TaskKind
 
-__all__ = ["STANDBY", "preparations"]
-
 STANDBY: Final = "stay"
 """Third argument of a worker that does not end when it is idle."""
 

@@ -22,8 +22,6 @@ from app.storage.models import Job
 from app.storage.servers import is_local
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["MAX_CRASHES", "MAX_KILLS", "PROGRESS_FRAMES", "Fenced", "JobQueue", "notify_nobody"]
-
 MAX_CRASHES = 3
 """Crashes, or lacks of memory, at one position after which a job is given up."""
 MAX_KILLS = 100

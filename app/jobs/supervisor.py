@@ -29,8 +29,6 @@ from app.storage.database import Database
 from app.storage.identity import lock_place
 from app.storage.models import Job
 
-__all__ = ["Supervisor", "as_environment"]
-
 _TURN_S = 0.25
 _CANCEL_SECONDS = 4.0
 """Seconds that a cancelled worker gets until it is asked to leave, and again until it is killed."""

@@ -11,8 +11,6 @@ from app.settings import Settings
 from app.storage.database import Database
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["Task", "TaskKind"]
-
 Task = Callable[[TaskContext], None]
 """Does one job in a worker. It stores its result with :meth:`app.jobs.context.TaskContext.complete`; people see the
 sentence of a ``TsrError`` that it raises.

@@ -43,8 +43,6 @@ from tsr_engine.errors import InputError, TsrError
 from tsr_engine.extras import explained
 from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, storage_problem
 
-__all__ = ["RETRY_DELAY_S", "do_next", "execute", "main", "perform", "run_preparation", "work"]
-
 IDLE_TIMEOUT_S = 30.0
 """Idle seconds after which the process ends."""
 GRACE_S = 6.0

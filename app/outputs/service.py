@@ -31,8 +31,6 @@ from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.io.digest import file_sha256
 
-__all__ = ["KINDS", "PROGRESS_INTERVAL_S", "OutputService"]
-
 KINDS = ("export", "recording", "bundle", "scene")
 PRIORITY = 15
 """Priority of outputs, because people wait for them: before imports, after what-ifs."""

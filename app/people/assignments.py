@@ -30,8 +30,6 @@ from app.storage.database import Database
 from app.storage.lookup import require_video
 from app.storage.models import Assignment, Person, Video
 
-__all__ = ["AssignmentService", "AssignmentView", "State", "require_worker"]
-
 State = Literal["assigned", "in_review", "returned", "done"]
 _ASSIGNEE_TRANSITIONS: Final[dict[State, tuple[State, ...]]] = {
     "assigned": ("in_review",),

@@ -20,8 +20,6 @@ from app.storage.models import Edit, SearchTrack
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["BoxAgreement", "BoxAgreements", "box_agreements", "drawn_twice"]
-
 Box = tuple[float, float, float, float]
 _MAX_RUNS = 500
 

@@ -19,8 +19,6 @@ from app.people.service import name_key
 from app.storage.database import Database
 from app.storage.models import Person, PersonSecret
 
-__all__ = ["SESSION_DAYS", "Directory"]
-
 SESSION_DAYS: Final = 30
 """Days that a browser stays signed in."""
 _EMPTY_CACHE_S: Final = 1.0

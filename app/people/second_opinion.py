@@ -26,8 +26,6 @@ from app.storage.database import Database
 from app.storage.models import SearchTrack, SecondOpinion, Video
 from tsr_engine.labels.model import NO_LABEL, LabelSet
 
-__all__ = ["Agreement", "Dispute", "Given", "LabelChoice", "Look", "NextLook", "SecondOpinionService", "SecondOpinions"]
-
 _MAX_DISPUTES = 200
 _MAX_RUNS = 500
 

@@ -22,8 +22,6 @@ from tsr_engine.labels.classes import RunClasses, resolved_labels
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.recording import BoxRows
 
-__all__ = ["corrected_rows", "ground_truth_rows", "truth_of"]
-
 
 def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: RunClasses) -> BoxRows | None:
     """The corrected boxes in the frames that the run has stored; None: there are no corrections.

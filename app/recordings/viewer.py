@@ -30,8 +30,6 @@ from typing import Final
 
 from app.errors import Busy
 
-__all__ = ["FILES", "ViewerFile", "ViewerFiles", "sdk_version", "viewer_binary"]
-
 FILES: Final = {"re_viewer.js": "text/javascript; charset=utf-8", "re_viewer_bg.wasm": "application/wasm"}
 """Files that the page needs, and their media types."""
 _MANIFEST: Final = "manifest.json"

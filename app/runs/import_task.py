@@ -16,8 +16,6 @@ from app.videos.importing import import_video
 from sample_videos import SHIPPED
 from tsr_engine.version import __version__
 
-__all__ = ["import_and_start"]
-
 
 def import_and_start(task: TaskContext) -> None:
     """Import a video; a sample drive also starts the first runs."""

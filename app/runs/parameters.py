@@ -10,8 +10,6 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.aliases import current_settings
 
-__all__ = ["params_of", "present_parameters"]
-
 
 def present_parameters(parameters: Mapping[str, object]) -> JsonObject:
     """Replace old names of parameters in a request by present ones.

@@ -26,8 +26,6 @@ from app.storage.servers import Servers, other_server, require_local, waiting_no
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
 
-__all__ = ["RunService"]
-
 _ACTIVE = ("queued", "running")
 
 

@@ -23,8 +23,6 @@ from app.sandbox.confine import confine, die_with_parent
 from app.sandbox.failures import encode_failure
 from app.sandbox.limits import Limits
 
-__all__: list[str] = []
-
 _PRELOADED: Final = (
     "app.exchange.sandboxed_imports:warm_up",
     "app.bundles.checking",

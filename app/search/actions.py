@@ -23,8 +23,6 @@ from app.search.query import FoundTrack, found_tracks
 from app.storage.database import Database
 from app.storage.models import Run, Video
 
-__all__ = ["MAX_TRACKS", "Operation", "SearchActions", "TrackAction", "TracksDone", "WantedTrack"]
-
 MAX_TRACKS = 5000
 """Maximum number of tracks of one action."""
 OPERATION = "edit_tracks"

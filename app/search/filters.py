@@ -19,19 +19,6 @@ from app.storage.models import SearchAttribute, SearchRun, SearchTrack, Video, V
 from tsr_engine.labels.matching import LabelFinder, unknown_label
 from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
 
-__all__ = [
-    "NO_LABEL_WORD",
-    "MeantLabel",
-    "SearchFilters",
-    "State",
-    "conditions",
-    "has_attribute",
-    "has_label",
-    "has_notes",
-    "labels_for_words",
-    "named_labels",
-]
-
 State = Literal["open", "needs_work", "accepted", "rejected", "ignored"]
 _Word = Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
 _Share = Annotated[float, Field(ge=0, le=1)]

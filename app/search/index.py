@@ -30,8 +30,6 @@ from app.storage.models import Edit, Event, SearchAttribute, SearchRun, SearchTr
 from tsr_engine.errors import TsrError
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["SearchIndex"]
-
 _MAX_KEYS = 500
 """Maximum number of keys in one query."""
 _TICK_S = 1.0

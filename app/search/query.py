@@ -20,17 +20,6 @@ from app.search.filters import MeantLabel, SearchFilters, conditions, labels_for
 from app.storage.models import Run, SearchRun, SearchTrack, Video, VideoTag
 from tsr_engine.labels.model import NO_LABEL
 
-__all__ = [
-    "MAX_COUNTED",
-    "FoundLabel",
-    "FoundTrack",
-    "SearchAnswer",
-    "SearchRequest",
-    "Unreadable",
-    "answer",
-    "found_tracks",
-]
-
 MAX_COUNTED = 10_000
 """Maximum number of tracks to count; an answer only says that there are more."""
 _MAX_UNREADABLE = 5

@@ -12,8 +12,6 @@ from app.edits.documents import TrackDoc
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["UNANSWERED", "LastEdit", "Rows", "attribute_text", "make_rows"]
-
 _MAX_VALUE_LENGTH = 200
 """Maximum number of characters of an attribute's value in the tables."""
 UNANSWERED = ""

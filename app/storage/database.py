@@ -22,8 +22,6 @@ from app.storage.polling import Polled
 from tsr_engine.errors import UsageError
 from tsr_engine.io.storage_problems import database_problem
 
-__all__ = ["NETWORK_OPTIONS", "PING_INTERVAL_S", "WAIT_MS", "Database", "sqlite_file", "storage_failure"]
-
 T = TypeVar("T")
 
 WAIT_MS = 8000

@@ -18,8 +18,6 @@ from app.storage.database import Database
 from app.storage.models import Server
 from tsr_engine.errors import StorageError
 
-__all__ = ["IdLock"]
-
 _TIMEOUT_S: Final = 3.0
 """Seconds until the connection of a dead server ends."""
 _KEEPALIVES: Final = ("tcp_keepalives_idle = 10", "tcp_keepalives_interval = 5", "tcp_keepalives_count = 3")

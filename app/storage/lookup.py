@@ -8,8 +8,6 @@ from sqlalchemy.orm import Session, undefer
 from app.errors import NotFound
 from app.storage.models import Edit, Run, Video
 
-__all__ = ["current_run_last", "newest_edit", "require_run", "require_video"]
-
 
 def require_video(session: Session, video_id: str, *, table: bool = False) -> Video:
     """Return a video.

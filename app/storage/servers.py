@@ -26,18 +26,6 @@ from app.storage.id_lock import IdLock
 from app.storage.models import ModelVersion, Output, Run, Server, Video
 from tsr_engine.periodic import call_periodically
 
-__all__ = [
-    "Servers",
-    "assign_local_files",
-    "has_local_files",
-    "is_local",
-    "other_server",
-    "require_local",
-    "shared_files_id",
-    "this_server",
-    "waiting_note",
-]
-
 _log = logging.getLogger("tsr.server")
 SHARED: Final = 0
 """Value of ``beats`` for shared files, which have no heartbeat and never count as dead."""

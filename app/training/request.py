@@ -16,8 +16,6 @@ from app.storage.servers import require_local
 from app.videos.paths import allowed_path
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["ACTIVE", "NewModel", "lineage_of", "public_folders"]
-
 ACTIVE: Final = ("queued", "running")
 """States of a version that is being trained."""
 OutputName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]

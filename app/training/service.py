@@ -27,8 +27,6 @@ from tsr_engine.errors import ModelError
 from tsr_engine.io.models import MANIFEST, SHIPPED, load_component, read_manifest
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["TrainingService"]
-
 JOB: Final = "retrain"
 
 

@@ -14,23 +14,11 @@ from pathlib import Path
 from app.files.shared import shared_files
 from app.settings import Settings
 from app.storage.models import Video
-from app.videos.paths import open_allowed, root_of
+from app.videos.paths import root_of
 from app.videos.safe_open import LINK_ERRORS, open_inside, resolve_links
 from sample_videos import SHIPPED
 from tsr_engine.errors import VideoError
 from tsr_engine.io.opened_file import OpenedFile, Stamp, stamp_of, unreadable_message
-from tsr_engine.io.video_probe import check_file
-
-__all__ = [
-    "ChangedError",
-    "CheckedFile",
-    "allowed_roots",
-    "check_file",
-    "current_stamp",
-    "library_file",
-    "open_allowed",
-    "trusted_file",
-]
 
 
 class ChangedError(VideoError):

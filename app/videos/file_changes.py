@@ -18,8 +18,6 @@ from app.videos.error_text import with_upload_name
 from tsr_engine.errors import InputError, VideoError
 from tsr_engine.io.opened_file import Stamp
 
-__all__ = ["ChangedFiles", "confirm_content", "file_changed_error", "require_unchanged"]
-
 _OF_RUN = select(Video, Run.place, Run.name).join(Run, Run.video_id == Video.id).where(Run.id == bindparam("run"))
 
 

@@ -13,8 +13,6 @@ from app.videos.previews import Previews, decoding_seconds
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.records import Picture
 
-__all__ = ["PREVIEW_THRESHOLD_S", "WIDTHS", "Encoding", "FrameServer", "FrameServerClosedError", "prefetch_order"]
-
 WIDTHS = (160, 320, 480, 640, 800, 960, 1120, 1280, 1600, 1920, 2560, 3840)
 """Widths in which pictures are served, besides their own."""
 PREVIEW_THRESHOLD_S = 0.06

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from app.ground_truths.service import GroundTruthService
     from app.videos.view import VideoView
 
-__all__ = ["SampleDrives"]
-
 
 class SampleDrives:
     """The part of the video service for the bundled drives."""

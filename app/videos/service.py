@@ -19,9 +19,10 @@ from app.storage.database import Database
 from app.storage.lookup import require_video
 from app.storage.models import Job, Run, Video
 from app.storage.servers import Servers, require_local, this_server
-from app.videos.checked_file import allowed_roots, check_file, library_file, open_allowed, trusted_file
+from app.videos.checked_file import allowed_roots, library_file, trusted_file
 from app.videos.import_files import clear_import, import_files, thumbnail_path
 from app.videos.packed_table import unpack
+from app.videos.paths import open_allowed
 from app.videos.samples import SampleDrives
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, publish_video, video_listing, video_view
@@ -29,8 +30,7 @@ from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import Stamp, stamp_of
 from tsr_engine.io.unfinished import fsync_path
-
-__all__ = ["VideoService"]
+from tsr_engine.io.video_probe import check_file
 
 
 class VideoService(SampleDrives):

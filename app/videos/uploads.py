@@ -20,8 +20,6 @@ from app.storage.database import Database
 from app.storage.models import Video
 from app.storage.servers import this_server
 
-__all__ = ["Uploads"]
-
 
 @dataclass(slots=True)
 class _FileLock:

@@ -20,8 +20,6 @@ from tsr_engine.params import Params
 from tsr_engine.params.replayable import changed_parameters, is_replayable
 from tsr_engine.version import __version__
 
-__all__ = ["PRIORITY", "WhatIfService"]
-
 PRIORITY = 20
 """Priority before waiting runs and imports, because a replay takes seconds and a person waits for it."""
 

@@ -25,8 +25,6 @@ from tsr_engine.pipeline import Components, load_components
 from tsr_engine.runs.replay import ReplayReport, check_models, replay, run_params
 from tsr_engine.version import __version__
 
-__all__ = ["PROGRESS_INTERVAL_S", "replay_into", "run_whatif"]
-
 PROGRESS_INTERVAL_S = 0.3
 """Seconds between updates of the progress."""
 
