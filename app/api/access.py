@@ -28,9 +28,6 @@ class Who:
     def author(self, requested: str | None) -> str:
         """Return the name that a change carries.
 
-        Args:
-            requested: the name in the request.
-
         Raises:
             Refused: the name belongs to another person.
         """

@@ -49,13 +49,7 @@ class FoundFollow(Model):
 def start_follow(run_id: RunId, wanted: NewFollow, context: ContextDep, who: WhoDep) -> FollowView:
     """Follow a sign from boxes that a person has set. The author's earlier proposals in this run are dropped."""
     return context.follows.start(
-        run_id,
-        who.author(wanted.author),
-        wanted.key,
-        wanted.anchors,
-        wanted.only,
-        wanted.first,
-        wanted.last,
+        run_id, who.author(wanted.author), wanted.key, wanted.anchors, wanted.only, wanted.first, wanted.last
     )
 
 

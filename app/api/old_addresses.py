@@ -14,8 +14,9 @@ from fastapi.responses import FileResponse
 from fastapi.routing import APIRoute
 
 from app.api import ground_truths, outputs, scene3d
-from app.api.ground_truths import GroundTruthView, VideoId
+from app.api.ground_truths import GroundTruthView
 from app.api.routing import api_router
+from app.api.runs import VideoId
 from app.body_model import Model
 from app.context import ContextDep
 from app.outputs.view import OutputView

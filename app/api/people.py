@@ -109,12 +109,7 @@ def change_assignment(
 ) -> AssignmentView:
     """Hand an assignment in, take it back, return it with a comment, close it or give it to another person."""
     return context.assignments.change(
-        who.identity,
-        assignment_id,
-        wanted.revision,
-        state=wanted.state,
-        comment=wanted.comment,
-        person=wanted.person,
+        who.identity, assignment_id, wanted.revision, state=wanted.state, comment=wanted.comment, person=wanted.person
     )
 
 
