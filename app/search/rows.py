@@ -43,7 +43,7 @@ def make_rows(
     tracks: Iterable[Track],
     documents: Mapping[str, TrackDoc],
     edits: Mapping[str, LastEdit],
-    uncertainty: Callable[[str, int | None], float],
+    uncertainty: Callable[[str, int], float],
     engine_label: Callable[[int], int | None],
     picture: tuple[int, int],
 ) -> Rows:
