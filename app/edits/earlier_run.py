@@ -33,11 +33,6 @@ def earlier_corrections(session: Session, evidence: EvidenceService, run_id: str
 
     A what-if is only a view of its run, and an unfinished run cannot take corrections over: both get None.
 
-    Args:
-        session: reads.
-        evidence: reads the engine's tracks.
-        run_id: the current run.
-
     Raises:
         NotFound: no such run.
     """
