@@ -184,7 +184,7 @@ class SharedStore:
 
         Args:
             name: name of the entry.
-            files: its list, from :meth:`listed`.
+            files: its list, from :meth:`list_files`.
             part: file or folder to write; must not exist.
 
         Raises:

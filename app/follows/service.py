@@ -93,9 +93,6 @@ class FollowService:
                     "first": first,
                     "last": last,
                 },
-                state="queued",
-                endings=[],
-                asked=datetime.now(UTC),
             )
             session.add(follow)
             session.flush()
@@ -123,10 +120,8 @@ class FollowService:
         with self._database.read() as session:
             follow = _require(session, follow_id)
             view = _view(session, follow, after)
-            renew = abs(datetime.now(UTC) - follow.asked) > timedelta(
-                seconds=_RENEW_INTERVAL_S
-            )  # a clock can be set back
-        if renew:
+            silent = abs(datetime.now(UTC) - follow.asked)  # a clock can be set back
+        if silent > timedelta(seconds=_RENEW_INTERVAL_S):
             with self._database.write() as session:
                 _require(session, follow_id).asked = datetime.now(UTC)
         return view

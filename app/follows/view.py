@@ -55,13 +55,7 @@ class FollowView(Model):
 
 
 def follow_view(follow: Follow, pieces: Iterable[Sequence[Sequence[object]]], following: int) -> FollowView:
-    """Build the view of a follow with some of its proposals.
-
-    Args:
-        follow: the row.
-        pieces: the stored pieces of proposals.
-        following: number of the next piece.
-    """
+    """Build the view of a follow with some of its proposals."""
     return FollowView.from_row(
         follow,
         anchors=follow.request["anchors"],

@@ -41,10 +41,6 @@ def notify_nobody(_expected: ExpectedJob | None = None) -> None:
 class JobQueue:
     """Operations on the queue; each runs in the caller's transaction.
 
-    Args:
-        events: notifies pages of jobs.
-        kinds: kinds that can be submitted.
-
     Attributes:
         notify_standby: notifies the standby worker of a committed job, or of one that a person may request soon.
     """
@@ -81,10 +77,6 @@ class JobQueue:
             payload=payload or {},
             priority=priority,
             order=order,
-            state="queued",
-            token=0,
-            crashes=0,
-            cancel=False,
         )
         if place is not None:
             job.place = place

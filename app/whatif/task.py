@@ -13,7 +13,7 @@ from app.files.shared import ensure_local
 from app.jobs.context import Stopped, TaskContext
 from app.labels.mapping import classes_in, labels_of_model
 from app.runs.focus import focus_of
-from app.runs.parameters import params_of
+from app.runs.parameters import as_setting, params_of
 from app.runs.source_run import run_of_job
 from app.runs.view import publish_run
 from app.storage.models import Run
@@ -44,7 +44,7 @@ def run_whatif(task: TaskContext) -> None:
         publish_run(session, task.events, run)
     source = ensure_local(task.settings, parent.place, parent.folder)
     with EvidenceReader(source) as reader:
-        params = run_params(reader).with_settings([(k, _plain(v)) for k, v in run.parameters.items()])
+        params = run_params(reader).with_settings([(name, as_setting(value)) for name, value in run.parameters.items()])
         components = load_components(params, models)
         check_models(reader, components, params)
         report = ReplayReport()
@@ -107,7 +107,3 @@ def replay_into(
         for frame in replay(reader.folder, params, components, report=report):
             writer.append(frame, next(entries)[1])
             yield report.frames
-
-
-def _plain(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value
