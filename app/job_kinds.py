@@ -10,10 +10,9 @@ from functools import partial
 from pkgutil import resolve_name
 from typing import Final
 
+from app.job_subjects import on_job_failed, on_job_note
 from app.jobs.kinds import JobKinds
 from app.jobs.tasks import Task, TaskKind
-from app.on_job_failed import on_job_failed
-from app.on_job_note import on_job_note
 from app.outputs.folders import clear_folder
 from app.settings import Settings
 from app.storage.database import Database

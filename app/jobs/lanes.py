@@ -6,6 +6,8 @@ from typing import Final, Literal
 
 Lane = Literal["long", "short", "imports", "scenes"]
 LANES: Final[tuple[Lane, ...]] = ("long", "short", "imports", "scenes")
+STANDBY: Final = "stay"
+"""Third argument of a worker that does not end when it is idle."""
 MAX_WORKERS: Final = 2
 """Maximum number of processes in every lane except the long one, which has a setting.
 

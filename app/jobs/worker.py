@@ -26,12 +26,11 @@ from app.jobs.context import Stopped, TaskContext
 from app.jobs.exit_causes import TERMINATED
 from app.jobs.heartbeat import heartbeat
 from app.jobs.kinds import JobKinds
-from app.jobs.lanes import LANES, Lane
+from app.jobs.lanes import LANES, STANDBY, Lane
 from app.jobs.locks import JobLock, note_unstored_end
 from app.jobs.outcome import end_stopped_task, report_failure
-from app.jobs.preload import STANDBY, preparations
 from app.jobs.queue import Fenced, JobQueue
-from app.jobs.tasks import TaskKind
+from app.jobs.tasks import TaskKind, preparations
 from app.jobs.wakeup import ExpectedJob, WakeupListener
 from app.log_once import LogOnce
 from app.sandbox.confine import die_with_parent, restrict_process
