@@ -53,8 +53,7 @@ def listed(home: HomeOption = None, json: JsonOption = False) -> None:
 
 @app.command("promote")
 def promote(
-    version: Annotated[str, typer.Argument(help="Id or name of a version, or 'shipped'.")],
-    home: HomeOption = None,
+    version: Annotated[str, typer.Argument(help="Id or name of a version, or 'shipped'.")], home: HomeOption = None
 ) -> None:
     """Let new runs use a version.
 
