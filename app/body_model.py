@@ -27,10 +27,7 @@ class Model(BaseModel):
     """Base of all bodies: refuses unknown fields and infinite numbers, and is immutable."""
 
     model_config = ConfigDict(
-        extra="forbid",
-        allow_inf_nan=False,
-        frozen=True,
-        json_schema_serialization_defaults_required=True,
+        extra="forbid", allow_inf_nan=False, frozen=True, json_schema_serialization_defaults_required=True
     )
 
     @classmethod

@@ -76,9 +76,6 @@ _ROUTERS = (
 def create_app(settings: Settings) -> FastAPI:
     """Build the server.
 
-    Args:
-        settings: see :class:`app.settings.Settings`.
-
     Raises:
         StorageError: the data folder or the database cannot be used.
     """

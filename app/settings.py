@@ -74,10 +74,7 @@ class Settings(BaseSettings):
         1, ge=0, le=64, description="engine processes at once, and two each for imports and short work; 0: none here"
     )
     cores: int | None = Field(
-        None,
-        ge=1,
-        le=64,
-        description="cores that one run uses; unset: up to 16, shared among the engine processes",
+        None, ge=1, le=64, description="cores that one run uses; unset: up to 16, shared among the engine processes"
     )
     executor: str = Field(
         "local",

@@ -140,14 +140,7 @@ def shift_document(
     notes = tuple(
         Note(**{**note.model_dump(), "frame": note.frame - offset}) for note in doc.notes if first <= note.frame < stop
     )
-    return doc.model_copy(
-        update={
-            "revision": 1,
-            "segments": tuple(pieces),
-            "keys": keys,
-            "notes": notes,
-        }
-    )
+    return doc.model_copy(update={"revision": 1, "segments": tuple(pieces), "keys": keys, "notes": notes})
 
 
 def _keys_within(doc: TrackDoc, first: int, stop: int) -> dict[int, KeyFrame]:

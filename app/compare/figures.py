@@ -155,11 +155,7 @@ def confusion(
     )
     nothing = -2  # unlike -1, a sign of none of the classes
     reference_labels = np.concatenate(
-        [
-            reference.class_id[found.reference],
-            reference.class_id[found.missed],
-            np.full(len(found.false), nothing),
-        ]
+        [reference.class_id[found.reference], reference.class_id[found.missed], np.full(len(found.false), nothing)]
     )
     candidate_labels = np.concatenate(
         [candidate.class_id[found.candidate], np.full(len(found.missed), nothing), candidate.class_id[found.false]]

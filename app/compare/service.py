@@ -78,11 +78,7 @@ class CompareService:
         self._ground_truths = ground_truths
 
     def compare(self, reference: str, candidate: str) -> Comparison:
-        """Measure ``candidate`` against ``reference``.
-
-        Args:
-            reference: ``run:ID``, ``annotation:RUN`` or ``truth:ID``.
-            candidate: the same.
+        """Measure ``candidate`` against ``reference``, each of them ``run:ID``, ``annotation:RUN`` or ``truth:ID``.
 
         Raises:
             NotFound: one of them does not exist.

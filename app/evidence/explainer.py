@@ -161,7 +161,7 @@ def main() -> None:
 
 
 def explain_request(request: ExplainRequest) -> Explanation | None:
-    """Compute a verdict again in this process; see :meth:`Explainer.ask`."""
+    """Compute a verdict again in this process; see :meth:`Explainer.explain`."""
     with EvidenceReader(Path(request.folder)) as reader, EvidenceReader(Path(request.pixels)) as source:
 
         def pixels(frame: int) -> PixelSource:

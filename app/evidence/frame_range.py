@@ -11,14 +11,6 @@ def check_frames(
 ) -> None:
     """Refuse a range of frames that the run has not stored.
 
-    Args:
-        evidence: reads the run.
-        run_id: the run.
-        first: first frame.
-        stop: frame after the last.
-        output_kind: kind of output, for the message.
-        max_frames: maximum number of frames.
-
     Raises:
         NotFound: no such run.
         Conflict: the run has no results yet.

@@ -39,12 +39,6 @@ _ASSIGNEE_TRANSITIONS: Final[dict[State, tuple[State, ...]]] = {
 """State -> the states that the assignee may change it to."""
 _ORDER: Final = {"returned": 0, "assigned": 1, "in_review": 2, "done": 3}
 _MAX_LISTED: Final = 10_000
-_STATE_NAMES: Final[dict[str, str]] = {
-    "assigned": "assigned",
-    "in_review": "in review",
-    "returned": "returned",
-    "done": "done",
-}
 
 
 class AssignmentView(Model):
@@ -170,7 +164,7 @@ class AssignmentService:
             _require_allowed(who, row, current.person, state, comment, person)
             if row.revision != revision:
                 raise Conflict(
-                    f"{row.changed_by} has changed this assignment meanwhile: it is {_STATE_NAMES[row.state]} now.",
+                    f"{row.changed_by} has changed this assignment meanwhile: it is {_words(row.state)} now.",
                     code="stale",
                     details={"current": current.model_dump(mode="json")},
                 )
@@ -231,9 +225,7 @@ def _require_allowed(
     if person is not None or comment is not None or state is None:
         raise Refused("Only a reviewer can assign work or comment on it.", code="role")
     if state not in _ASSIGNEE_TRANSITIONS.get(cast(State, row.state), ()):
-        raise Refused(
-            f"Your work is {_STATE_NAMES[row.state]}. Only a reviewer can make it {_STATE_NAMES[state]}.", code="role"
-        )
+        raise Refused(f"Your work is {_words(row.state)}. Only a reviewer can make it {_words(state)}.", code="role")
 
 
 def require_worker(person: Person) -> None:
@@ -261,6 +253,10 @@ def _frames(row: Assignment) -> str:
     if row.stop is None:
         return "whole" if row.first == 0 else f"from frame {row.first}"
     return f"frames {row.first} to {row.stop - 1}"
+
+
+def _words(state: str) -> str:
+    return state.replace("_", " ")
 
 
 def _name(who: Identity) -> str:

@@ -32,11 +32,7 @@ _OWNER_OF: Final = (
 
 
 class Directory:
-    """Looks people up.
-
-    Args:
-        database: holds the accounts.
-    """
+    """Looks people up."""
 
     def __init__(self, database: Database) -> None:
         self._database = database

@@ -83,10 +83,6 @@ class ViewerFiles:
         self._lock = threading.Lock()
         self._known: dict[str, ViewerFile] | None = None
 
-    def ready(self) -> bool:
-        """Whether the files are there."""
-        return self._files() is not None
-
     def file(self, name: str) -> ViewerFile | None:
         """Return one file; None: no such file.
 

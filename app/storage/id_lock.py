@@ -25,11 +25,7 @@ _KEEPALIVES: Final = ("tcp_keepalives_idle = 10", "tcp_keepalives_interval = 5",
 
 
 class IdLock:
-    """The lock on the id of this server; without effect if the database is not shared.
-
-    Args:
-        database: has the id.
-    """
+    """The lock on the id of this server; without effect if the database is not shared."""
 
     def __init__(self, database: Database) -> None:
         self._database = database

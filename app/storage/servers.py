@@ -128,10 +128,6 @@ class Servers:
 
     Each server increments its row now and then. Clocks of machines differ, so only the change of the number counts,
     timed by this machine's steady clock.
-
-    Args:
-        database: shared.
-        home: data folder of this server.
     """
 
     heartbeat_interval = 15.0

@@ -24,11 +24,6 @@ _OF_RUN = select(Video, Run.place, Run.name).join(Run, Run.video_id == Video.id)
 def confirm_content(database: Database, file: CheckedFile, video: Video) -> None:
     """Make sure that a file has the video's bytes. They are read once after each change of the file.
 
-    Args:
-        database: stores that they were read.
-        file: file of the video.
-        video: its row.
-
     Raises:
         ChangedError: it has other bytes.
         VideoError: it is missing or cannot be read.

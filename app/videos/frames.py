@@ -53,12 +53,7 @@ class FrameService:
         decoder: opens a video's file; unset: in this process.
     """
 
-    def __init__(
-        self,
-        settings: Settings,
-        database: Database,
-        decoder: Opener = open_in_process,
-    ) -> None:
+    def __init__(self, settings: Settings, database: Database, decoder: Opener = open_in_process) -> None:
         self._decoder = decoder
         self._settings = settings
         self._database = database

@@ -49,7 +49,7 @@ def recorded_starts(folder: Path) -> list[Any]:
 
 def test_files_are_extracted_once_and_kept_gzipped(imitation: Path, tmp_path: Path) -> None:
     files = ViewerFiles(tmp_path / "home", "9.9.9", imitation)
-    assert not files.ready()
+    assert not files.folder.exists()
     threads = [threading.Thread(target=files.ensure) for _ in range(4)]
     for thread in threads:
         thread.start()
