@@ -146,6 +146,7 @@ def test_filter_by_day_of_the_last_edit(library: Library) -> None:
     assert found["key"] == key
     assert library.keys(since=day, until=day) == [key]
     assert library.keys(until="2020-01-01") == library.keys(since="2100-01-01") == []
+    assert library.keys(since="0001-01-01", until="9999-12-31") == [key]
     assert library.search(sort="edited")["tracks"][0]["key"] == key
 
 
