@@ -199,6 +199,7 @@ def _cursor_position(request: SearchRequest) -> tuple[float, str, str]:
     try:
         sort, order, value, run_id, key = json.loads(base64.urlsafe_b64decode(request.cursor.encode()))
         position = float(value), str(run_id), str(key)
+        f"{run_id}{key}".encode()  # a lone surrogate is no text
     except (binascii.Error, ValueError, TypeError):
         position = None
     if position is None or (sort, order) != (request.sort, request.order) or position[0] != position[0]:
