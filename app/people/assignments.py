@@ -114,15 +114,9 @@ class AssignmentService:
             for video_id in dict.fromkeys(video_ids):
                 video = require_video(session, video_id)
                 _require_frames(video, first, stop)
-                self._refuse_overlap(session, assignee, video, first, stop)
-                row = Assignment(
-                    video_id=video.id,
-                    person_id=assignee.id,
-                    first=first,
-                    stop=stop,
-                    comment=comment,
-                    changed_by=_name(who),
-                )
+                row = Assignment(video_id=video.id, first=first, stop=stop, comment=comment, changed_by=_name(who))
+                self._refuse_overlap(session, assignee, video, row)
+                row.person_id = assignee.id
                 session.add(row)
                 session.flush()
                 made.append(_view(row, assignee.name, video.name))
@@ -152,7 +146,8 @@ class AssignmentService:
 
         Raises:
             NotFound: no such assignment or person.
-            Conflict: the assignment has changed since; ``details`` holds its current state.
+            Conflict: the assignment has changed since (``details`` holds its current state), or the person already has
+                an overlapping one.
             Refused: the caller may not do that.
             Invalid: it is returned without a comment.
         """
@@ -173,6 +168,7 @@ class AssignmentService:
             if person is not None:
                 assignee = person_named(session, person)
                 require_worker(assignee)
+                self._refuse_overlap(session, assignee, session.get_one(Video, row.video_id), row)
                 row.person_id, row.state = assignee.id, state or "assigned"
             elif state is not None:
                 row.state = state
@@ -201,10 +197,12 @@ class AssignmentService:
         found, owner, name = session.execute(_joined().where(Assignment.id == row.id)).one()
         return _view(found, owner, name)
 
-    def _refuse_overlap(self, session: Session, person: Person, video: Video, first: int, stop: int | None) -> None:
+    def _refuse_overlap(self, session: Session, person: Person, video: Video, row: Assignment) -> None:
+        """Refuse to give a person an assignment some of whose frames another open assignment of theirs has."""
         same = Assignment.video_id == video.id, Assignment.person_id == person.id, Assignment.state != "done"
         for other in session.scalars(select(Assignment).where(*same)):
-            if (stop is None or other.first < stop) and (other.stop is None or first < other.stop):
+            begins, ends = row.stop is None or other.first < row.stop, other.stop is None or row.first < other.stop
+            if other.id != row.id and begins and ends:
                 raise Conflict(
                     f"{person.name} has {video.name} already, {_frames(other)}. Change that assignment instead.",
                     code="assigned_already",
