@@ -186,8 +186,11 @@ class RunService:
             publish_run(session, self._events, run)
         return run
 
-    def remove(self, run_id: str) -> None:
+    def remove(self, run_id: str) -> list[str]:
         """Remove a run with its evidence, its edits and its what-ifs.
+
+        Returns:
+            Ids of the removed runs.
 
         Raises:
             NotFound: no such run.
@@ -208,6 +211,7 @@ class RunService:
             removed = [*children, run]
             self._drop(session, removed)
         self._remove_files(removed)
+        return [run.id for run in removed]
 
     def remove_whatifs(self, run_id: str) -> list[str]:
         """Remove the what-ifs of a run that have ended, with evidence and edits.
