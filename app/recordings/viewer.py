@@ -128,10 +128,9 @@ class ViewerFiles:
         binary = self._binary or viewer_binary()
         if not self.version or binary is None:
             raise _unavailable("the package rerun-sdk is not installed with its viewer; install it again")
-        self.folder.parent.mkdir(parents=True, exist_ok=True)
         part = self.folder.with_name(f".{self.folder.name}.{secrets.token_hex(4)}")
         try:
-            part.mkdir()
+            part.mkdir(parents=True)
             manifest = {}
             with _serving(binary) as address:
                 for name in FILES:

@@ -84,6 +84,12 @@ def test_a_program_that_does_not_start_is_one_sentence(text: str, tmp_path: Path
     assert not list((tmp_path / "home" / "cache").iterdir())
 
 
+def test_a_folder_that_cannot_be_written_is_one_sentence(imitation: Path, tmp_path: Path) -> None:
+    (tmp_path / "cache").touch()
+    with pytest.raises(Busy, match="cannot be shown here: .*cache"):
+        ViewerFiles(tmp_path, "9.9.9", imitation).ensure()
+
+
 def test_the_installed_sdk_has_the_required_viewer(tmp_path_factory: pytest.TempPathFactory) -> None:
     assert sdk_version().startswith("0.41."), "the page speaks the protocol of this version: see protocol.js"
     # Browser tests share this copy.
