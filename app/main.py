@@ -46,31 +46,10 @@ from tsr_engine.version import __version__
 
 # most requested first: each request searches its route in this order
 _ROUTERS = (
-    edits,
-    evidence,
-    frames,
-    session,
-    catalogue,
-    labels,
-    search,
-    videos,
-    runs,
-    events,
-    people,
-    second_opinions,
-    follows,
-    ground_truths,
-    compare,
-    outputs,
-    exchange,
-    models,
-    recordings,
-    bundles,
-    scene3d,
-    old_addresses,
-    rerun_pages,
-    viser,
-)
+    edits, evidence, frames, session, catalogue, labels, search, videos, runs, events, people, second_opinions,
+    follows, ground_truths, compare, outputs, exchange, models, recordings, bundles, scene3d, old_addresses,
+    rerun_pages, viser,
+)  # fmt: skip
 
 
 def create_app(settings: Settings) -> FastAPI:

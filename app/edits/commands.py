@@ -240,29 +240,9 @@ class Redo(Model):
 
 
 Command = Annotated[
-    CreateTrack
-    | SetBox
-    | RelabelTrack
-    | RelabelBox
-    | Merge
-    | Split
-    | DeleteFrom
-    | DeleteTrack
-    | RestoreTrack
-    | AddKey
-    | RemoveKey
-    | Interpolate
-    | Follow
-    | SetOccluded
-    | SetOutside
-    | SetNotASign
-    | SetIgnore
-    | SetAttribute
-    | SetReview
-    | ReviewTracks
-    | AddNote
-    | EditNote
-    | RemoveNote,
+    CreateTrack | SetBox | RelabelTrack | RelabelBox | Merge | Split | DeleteFrom | DeleteTrack | RestoreTrack
+    | AddKey | RemoveKey | Interpolate | Follow | SetOccluded | SetOutside | SetNotASign | SetIgnore | SetAttribute
+    | SetReview | ReviewTracks | AddNote | EditNote | RemoveNote,
     Field(discriminator="name"),
-]
+]  # fmt: skip
 """One command; ``name`` is its kind."""

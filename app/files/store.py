@@ -31,20 +31,11 @@ S3_LIMITS: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_a
 PROBE_LIMITS: Final = {"connect_timeout": 4, "read_timeout": 4, "retries": {"total_max_attempts": 1}}
 """Limits of :meth:`SharedStore.require_answer`, whose answer is a few bytes."""
 _DENIED_ERRORS: Final = (
-    "NoCredentials",
-    "PartialCredentials",
-    "InvalidAccessKeyId",
-    "SignatureDoesNotMatch",
-    "AccessDenied",
-)
+    "NoCredentials", "PartialCredentials", "InvalidAccessKeyId", "SignatureDoesNotMatch", "AccessDenied",
+)  # fmt: skip
 _TIMEOUT_ERRORS: Final = (
-    "Timeout",
-    "EndpointConnection",
-    "ConnectionClosed",
-    "ConnectionError",
-    "ConnectorError",
-    "HTTPClient",
-)
+    "Timeout", "EndpointConnection", "ConnectionClosed", "ConnectionError", "ConnectorError", "HTTPClient",
+)  # fmt: skip
 
 FileList = Mapping[str, tuple[int, str]]
 """Files of an entry, relative to its name (empty for a single file) -> bytes and SHA-256."""
