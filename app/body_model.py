@@ -16,8 +16,6 @@ from pydantic_core import CoreSchema
 
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["PLAIN", "ErrorAnswer", "ErrorDetail", "Model", "Moment"]
-
 PLAIN = r"^[^\x00]*$"
 """Pattern of texts that are stored in the database: no NUL, which PostgreSQL cannot hold."""
 
@@ -29,10 +27,7 @@ class Model(BaseModel):
     """Base of all bodies: refuses unknown fields and infinite numbers, and is immutable."""
 
     model_config = ConfigDict(
-        extra="forbid",
-        allow_inf_nan=False,
-        frozen=True,
-        json_schema_serialization_defaults_required=True,
+        extra="forbid", allow_inf_nan=False, frozen=True, json_schema_serialization_defaults_required=True
     )
 
     @classmethod

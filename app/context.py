@@ -64,8 +64,6 @@ from app.whatif.service import WhatIfService
 from tsr_engine.errors import StorageError
 from tsr_engine.extras import require_extra
 
-__all__ = ["Context", "ContextDep", "build_context"]
-
 _log = logging.getLogger("tsr.server")
 
 

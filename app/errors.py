@@ -25,26 +25,6 @@ from typing import ClassVar, Final
 from tsr_engine.errors import ImportProblem
 from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, full_disk_reason, storage_problem
 
-__all__ = [
-    "RETRY_AFTER",
-    "ApiError",
-    "Busy",
-    "Conflict",
-    "Invalid",
-    "NotFound",
-    "OnOtherServer",
-    "PreconditionRequired",
-    "Refused",
-    "StorageFull",
-    "TooLarge",
-    "Unauthorised",
-    "Unsafe",
-    "UnsupportedMedia",
-    "file_error",
-    "storage_full",
-]
-
-
 RETRY_AFTER: Final = "2"
 """Seconds that a 503 asks to wait; a restart of a database takes about as long."""
 

@@ -10,8 +10,6 @@ from sqlalchemy.orm import Session
 from app.storage.models import Event
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["EventBus"]
-
 _ORDER_KEY = "events ordered"
 _ORDER_LOCK = text("SELECT pg_advisory_xact_lock(7461)")
 _APPEND = insert(Event)

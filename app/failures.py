@@ -21,8 +21,6 @@ from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.extras import MissingExtra, missing_extra
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["ErrorShape", "handle_failures"]
-
 _log = logging.getLogger("tsr.server")
 _CODES = {400: "bad_request", 404: "not_found", 405: "method_not_allowed", 416: "range_not_satisfiable"}
 

@@ -26,6 +26,7 @@ from app.outputs.view import publish_output
 from app.runs.view import publish_run
 from app.settings import Settings
 from app.storage.database import Database
+from app.storage.lookup import in_parts
 from app.storage.models import ModelVersion, Output, Run, Video
 from app.training.view import publish_model
 from app.videos.checked_file import library_file
@@ -33,15 +34,12 @@ from app.videos.import_files import import_files
 from app.videos.view import publish_video
 from tsr_engine.errors import VideoError
 
-__all__ = ["PROBE_INTERVAL_S", "RETRY_DELAY_S", "FileSync"]
-
 RETRY_DELAY_S: Final = 60.0
 """Seconds until a failed copy is tried again."""
 PROBE_INTERVAL_S: Final = 2.0
 """Seconds between checks whether the shared files answer while a copy takes long."""
 _EVICTION_INTERVAL_S: Final = 60.0
 """Seconds between checks of the size of the data folder."""
-_MAX_QUERY_IDS: Final = 500
 _STAYS: Final = "Finished files stay on this server until then."
 _log = logging.getLogger("tsr.server")
 
@@ -228,14 +226,12 @@ class FileSync:
     def _orphans(self, copies: list[LocalCopy]) -> list[LocalCopy]:
         """The kept files that no row names any more."""
         found: list[LocalCopy] = []
-        for start in range(0, len(copies), _MAX_QUERY_IDS):
-            part = copies[start:][:_MAX_QUERY_IDS]
+        for part in in_parts(copies):
             with self._database.read() as session:
                 for table in _STATES:
                     of_table = [copy for copy in part if _ROWS_OF.get(copy.name.partition("/")[0], Video) is table]
-                    known_ids = set(
-                        session.scalars(select(table.id).where(table.id.in_({_id(copy) for copy in of_table})))
-                    )
+                    query = select(table.id).where(table.id.in_({_id(copy) for copy in of_table}))
+                    known_ids = set(session.scalars(query))
                     found += [copy for copy in of_table if _id(copy) not in known_ids]
         return found
 

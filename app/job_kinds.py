@@ -10,18 +10,15 @@ from functools import partial
 from pkgutil import resolve_name
 from typing import Final
 
+from app.job_subjects import on_job_failed, on_job_note
 from app.jobs.kinds import JobKinds
 from app.jobs.tasks import Task, TaskKind
-from app.on_job_failed import on_job_failed
-from app.on_job_note import on_job_note
 from app.outputs.folders import clear_folder
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Follow, ModelVersion, Output, Run, Video
 from app.videos.import_files import clear_import
 from tsr_engine.json_shapes import JsonObject
-
-__all__ = ["KINDS"]
 
 
 def _task(name: str) -> Callable[[], Task]:

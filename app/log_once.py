@@ -8,8 +8,6 @@ from sqlalchemy.exc import DBAPIError
 
 from tsr_engine.errors import TsrError
 
-__all__ = ["LogOnce"]
-
 
 class LogOnce:
     """Logs the errors of one loop, once for each different error.

@@ -9,8 +9,6 @@ from app.errors import error_body
 from app.page_files import static_folder
 from app.security.access import Access, Denied, sign_in_cookie
 
-__all__ = ["mount_login"]
-
 
 def mount_login(app: FastAPI, access: Access) -> None:
     """Serve ``/login/{link}`` and ``/sign-in``.

@@ -44,42 +44,16 @@ from app.settings import Settings
 from app.startup import start, stop
 from tsr_engine.version import __version__
 
-__all__ = ["create_app"]
-
 # most requested first: each request searches its route in this order
 _ROUTERS = (
-    edits,
-    evidence,
-    frames,
-    session,
-    catalogue,
-    labels,
-    search,
-    videos,
-    runs,
-    events,
-    people,
-    second_opinions,
-    follows,
-    ground_truths,
-    compare,
-    outputs,
-    exchange,
-    models,
-    recordings,
-    bundles,
-    scene3d,
-    old_addresses,
-    rerun_pages,
-    viser,
-)
+    edits, evidence, frames, session, catalogue, labels, search, videos, runs, events, people, second_opinions,
+    follows, ground_truths, compare, outputs, exchange, models, recordings, bundles, scene3d, old_addresses,
+    rerun_pages, viser,
+)  # fmt: skip
 
 
 def create_app(settings: Settings) -> FastAPI:
     """Build the server.
-
-    Args:
-        settings: see :class:`app.settings.Settings`.
 
     Raises:
         StorageError: the data folder or the database cannot be used.

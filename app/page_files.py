@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["page_version", "static_folder"]
-
 
 def static_folder() -> Path:
     """Folder of the page: beside ``app`` in a checkout, inside it in a wheel."""

@@ -20,8 +20,6 @@ from starlette.types import Scope
 
 from app.page_files import page_version, static_folder
 
-__all__ = ["mount_pages"]
-
 _VERSIONED: Final = re.compile(r"v-([0-9a-f]{16})[/\\]")
 _CODE: Final = re.compile(r'(?<=")/static/(?=(?:js|css)/)')
 

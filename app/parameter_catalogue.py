@@ -13,8 +13,6 @@ from app.body_model import Model
 from tsr_engine.params import PRESETS, Params
 from tsr_engine.params.replayable import is_replayable
 
-__all__ = ["Parameter", "parameters"]
-
 _KINDS: dict[object, Literal["number", "integer", "boolean"]] = {bool: "boolean", int: "integer", float: "number"}
 
 

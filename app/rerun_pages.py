@@ -13,8 +13,6 @@ from app.context import ContextDep
 from app.errors import Busy, NotFound
 from app.page_files import static_folder
 
-__all__ = ["VIEWER_CSP", "router"]
-
 VIEWER_CSP: Final = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; connect-src 'self' data: blob:; "
     "img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; "

@@ -16,8 +16,6 @@ from tsr_engine.errors import UsageError
 from tsr_engine.io.cores import usable_cores
 from tsr_engine.io.video_limits import MAX_PIXELS, VideoLimits
 
-__all__ = ["DATABASE_FILE", "MAKE_HOME", "Settings", "load_settings", "no_home"]
-
 DATABASE_FILE = "tsr.sqlite"
 """SQLite database in a data folder."""
 MAKE_HOME = Path("out", "review")
@@ -76,10 +74,7 @@ class Settings(BaseSettings):
         1, ge=0, le=64, description="engine processes at once, and two each for imports and short work; 0: none here"
     )
     cores: int | None = Field(
-        None,
-        ge=1,
-        le=64,
-        description="cores that one run uses; unset: up to 16, shared among the engine processes",
+        None, ge=1, le=64, description="cores that one run uses; unset: up to 16, shared among the engine processes"
     )
     executor: str = Field(
         "local",

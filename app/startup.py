@@ -21,8 +21,6 @@ from app.storage.servers import assign_local_files
 from app.streaming import EventStream
 from tsr_engine.periodic import call_periodically
 
-__all__ = ["Running", "start", "stop"]
-
 _SYNC_INTERVAL_S = 1.0
 """Seconds between searches for finished files that are not in the shared files yet."""
 _SEARCH_INTERVAL_S = 1.0

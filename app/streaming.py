@@ -16,8 +16,6 @@ from app.runs.view import RunView
 from app.storage.database import Database
 from app.storage.models import Event
 
-__all__ = ["EventStream"]
-
 _READ_INTERVAL_S = 0.12
 _HEARTBEAT_INTERVAL_S = 4.0
 _MAX_WAITING = 2000

@@ -7,7 +7,5 @@ import sys
 from app.job_kinds import KINDS
 from app.jobs.worker import main
 
-__all__: list[str] = []
-
 if __name__ == "__main__":
     sys.exit(main(KINDS, sys.argv[1:]))

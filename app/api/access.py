@@ -14,8 +14,6 @@ from app.context import Context
 from app.people.identity import Identity
 from app.security.access import identity_of
 
-__all__ = ["EVERYBODY", "Who", "WhoDep", "authorise", "operation_of"]
-
 EVERYBODY: Final = frozenset({"sign_in", "login", "sign_in_page", "index", "icon"})
 """Operations that need no sign-in, because signing in uses them."""
 
@@ -29,9 +27,6 @@ class Who:
 
     def author(self, requested: str | None) -> str:
         """Return the name that a change carries.
-
-        Args:
-            requested: the name in the request.
 
         Raises:
             Refused: the name belongs to another person.

@@ -6,8 +6,6 @@ from app.api.responses import failures
 from app.api.routing import api_router
 from app.parameter_catalogue import Parameter, parameters
 
-__all__ = ["router"]
-
 router = api_router("catalogue")
 
 

@@ -11,8 +11,6 @@ from app.api.routing import api_router
 from app.compare.service import Comparison
 from app.context import ContextDep
 
-__all__ = ["router"]
-
 router = api_router("compare")
 
 Side = Annotated[

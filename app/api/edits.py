@@ -22,8 +22,6 @@ from app.edits.track_history import TrackHistory, track_history
 from app.edits.views import Adopted, Annotation, EditAnswer, LogEntry
 from app.errors import Invalid
 
-__all__ = ["router"]
-
 router = api_router("edits")
 
 Author = Annotated[str, Field(min_length=1, max_length=80, pattern=PLAIN)]

@@ -15,8 +15,6 @@ from app.errors import Invalid
 from app.startup import Running
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["router"]
-
 router = api_router("events")
 _SSE: JsonObject = {"content": {"text/event-stream": {"schema": {"type": "string"}}}}
 

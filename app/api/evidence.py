@@ -8,7 +8,7 @@ from fastapi import Header, Path, Query
 from fastapi.responses import Response
 from pydantic import Field
 
-from app.api.responses import failures
+from app.api.responses import CACHED_PNG, cached_png, failures
 from app.api.routing import api_router
 from app.api.runs import ParameterName, ParameterValue, RunId
 from app.body_model import PLAIN, Model
@@ -21,16 +21,12 @@ from app.evidence.overlays import Overlay
 from app.evidence.source_lanes import LaneColumns
 from app.evidence.tracks import TrackColumns
 from app.runs.view import StartedRun, started_run
-from tsr_engine.json_shapes import JsonObject
-
-__all__ = ["router"]
 
 router = api_router("evidence")
 
 Ordinal = Annotated[int, Query(ge=0, le=2**31 - 1)]
 TrackId = Annotated[int, Path(ge=0, le=2**62, description="number of the engine's track")]
 Frame = Annotated[int, Path(ge=0, le=2**31 - 1, description="ordinal of the frame")]
-_PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
 
 
 class Overlays(Model):
@@ -88,7 +84,7 @@ def get_track(run_id: RunId, track_id: TrackId, context: ContextDep) -> TrackLan
     "/runs/{run_id}/tracks/{track_id}/crops/{frame}",
     operation_id="get_crop",
     response_class=Response,
-    responses={**failures(404, 409), 200: _PNG, 304: {"description": "Not Modified"}},
+    responses=failures(404, 409) | CACHED_PNG,
 )
 def get_crop(
     run_id: RunId,
@@ -100,12 +96,11 @@ def get_crop(
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
     """A track's crop in one frame, with a margin of a tenth of its side. ``of=prediction``: the box that was gated."""
-    tag = f'"{run_id}-{track_id}-{frame}-{size}-{of}"'
-    headers = {"ETag": tag, "Cache-Control": "private, max-age=31536000, immutable"}
-    if if_none_match == tag:
-        return Response(status_code=304, headers=headers)
-    content = context.pixels.crop(run_id, track_id, frame, size, of, context.frames.raw)
-    return Response(content, media_type="image/png", headers=headers)
+    return cached_png(
+        lambda: context.pixels.crop(run_id, track_id, frame, size, of, context.frames.raw),
+        f"{run_id}-{track_id}-{frame}-{size}-{of}",
+        if_none_match,
+    )
 
 
 @router.get(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Annotated, TypeVar
 
 from fastapi import Path, Query, Request
@@ -14,19 +13,17 @@ from app.api.responses import failures
 from app.api.routing import api_router
 from app.api.runs import VideoId
 from app.body_model import PLAIN, Model
-from app.context import Context, ContextDep
+from app.context import ContextDep
 from app.errors import Invalid, file_error
 from app.exchange.export import ExportRequest
 from app.exchange.formats import FormatView, format_view
 from app.exchange.import_file import ImportFile
 from app.exchange.imports import ImportKind, ImportResult
-from app.exchange.running_imports import ImportProgress, RunningImport
+from app.exchange.running_imports import ImportProgress
 from app.outputs.view import OutputView
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.formats import UnknownNames
 from tsr_engine.exchange.registry import FORMATS
-
-__all__ = ["router"]
 
 _T = TypeVar("_T")
 
@@ -101,27 +98,28 @@ async def import_file(
     same name. An annotation is one operation of the run's log, so one undo reverts it.
     """
     person = who.author(author)
-    said = _json(_SWITCHES, switches, "switches"), _json(_LABELS, label_map, "label_map")
+    options, labels = _json(_SWITCHES, switches, "switches"), _json(_LABELS, label_map, "label_map")
     async with received_file(request, context, file or name) as (path, work):
         names = _json(_NAMES, add, "add")
         upload = ImportFile(
             path=path,
             name=name,
             format=format,
-            switches=said[0],
-            label_map=said[1],
+            switches=options,
+            label_map=labels,
             unknown=unknown,
             added=frozenset(names),
             author=person,
             scratch=work,
         )
-        with context.running_imports.register(progress) as running_import:
-            return await run_while_connected(
-                request,
-                lambda is_disconnected: _import_file(
-                    context, video_id, upload, kind, run, is_disconnected, running_import
-                ),
-            )
+        with context.running_imports.register(progress) as running:
+            imports = context.sandboxed_imports
+            try:
+                return await run_while_connected(
+                    request, lambda gone: imports.import_file(video_id, upload, kind, run, gone, running)
+                )
+            except ImportFormatError as error:
+                raise file_error(str(error), error.kind) from None
 
 
 @router.get("/imports/{name}", operation_id="get_import", responses=failures(404))
@@ -134,21 +132,6 @@ def get_import(name: ImportName, context: ContextDep) -> ImportProgress:
 def cancel_import(name: ImportName, context: ContextDep) -> None:
     """Cancel an import unless it is already being stored. The import request itself returns the result."""
     context.running_imports.cancel(name)
-
-
-def _import_file(
-    context: Context,
-    video_id: str,
-    upload: ImportFile,
-    kind: ImportKind,
-    run: str | None,
-    is_disconnected: Callable[[], bool],
-    running_import: RunningImport,
-) -> ImportResult:
-    try:
-        return context.sandboxed_imports.import_file(video_id, upload, kind, run, is_disconnected, running_import)
-    except ImportFormatError as error:
-        raise file_error(str(error), error.kind) from None
 
 
 def _json(shape: TypeAdapter[_T], text: str, field: str) -> _T:

@@ -17,8 +17,6 @@ from app.context import ContextDep
 from app.edits.documents import Frame, Key
 from app.follows.view import FollowAnchor, FollowView, Only
 
-__all__ = ["router"]
-
 router = api_router("follows")
 
 FollowId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the follow: 32 hexadecimal digits")]
@@ -51,13 +49,7 @@ class FoundFollow(Model):
 def start_follow(run_id: RunId, wanted: NewFollow, context: ContextDep, who: WhoDep) -> FollowView:
     """Follow a sign from boxes that a person has set. The author's earlier proposals in this run are dropped."""
     return context.follows.start(
-        run_id,
-        who.author(wanted.author),
-        wanted.key,
-        wanted.anchors,
-        wanted.only,
-        wanted.first,
-        wanted.last,
+        run_id, who.author(wanted.author), wanted.key, wanted.anchors, wanted.only, wanted.first, wanted.last
     )
 
 

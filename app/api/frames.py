@@ -14,9 +14,7 @@ from app.api.runs import VideoId
 from app.context import ContextDep
 from app.errors import Invalid
 from app.evidence.crops import encode
-from app.videos.frame_server import Encoding
-
-__all__ = ["router"]
+from app.videos.decoding import Encoding
 
 router = api_router("videos")
 

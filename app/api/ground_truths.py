@@ -11,17 +11,14 @@ from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.responses import failures
 from app.api.routing import api_router
-from app.api.runs import RunId
+from app.api.runs import RunId, VideoId
 from app.body_model import PLAIN, Model
 from app.context import ContextDep
 from app.edits.documents import ClassId
 from app.exchange.take_over import TakenOver
 
-__all__ = ["router"]
-
 router = api_router("ground truth")
 
-VideoId = Annotated[str, Path(pattern="^[0-9a-f]{64}$", description="SHA-256 of the video")]
 GroundTruthId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="32 hexadecimal digits")]
 Name = Annotated[str, Path(min_length=1, max_length=120, pattern=r"^[^/\x00-\x1f\x7f]+$")]
 Ordinal = Annotated[int, Query(ge=0, le=2**31 - 1)]

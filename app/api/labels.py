@@ -13,7 +13,7 @@ from pydantic import Field
 from app.api.access import WhoDep
 from app.api.edits import Author
 from app.api.request_body import RAW_BODY, safe_name
-from app.api.responses import failures
+from app.api.responses import CACHED_PNG, cached_png, failures
 from app.api.routing import api_router
 from app.api.runs import VideoId
 from app.body_model import Model
@@ -30,11 +30,8 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.files import dump_set
 from tsr_engine.version import __version__
 
-__all__ = ["router"]
-
 router = api_router("labels")
 
-_PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
 _SET: JsonObject = {"content": {"application/json": {"schema": {"type": "object"}}}}
 _TEXT: JsonObject = {"schema": {"type": "string"}}
 _FILE: JsonObject = {
@@ -86,7 +83,7 @@ def list_labels(
     "/labels/{label_id}.png",
     operation_id="get_pictogram",
     response_class=Response,
-    responses={**failures(404), 200: _PNG, 304: {"description": "Not Modified"}},
+    responses=failures(404) | CACHED_PNG,
 )
 def get_pictogram(
     label_id: LabelId,
@@ -100,15 +97,11 @@ def get_pictogram(
     label = context.labels.label(key, label_id)
     if not label.pictogram:
         raise NotFound(f"The label '{label.name}' has no picture.")
-    tag = f'"{__version__}-{label.pictogram}-{size}"'
-    headers = {"ETag": tag, "Cache-Control": "private, max-age=86400"}
-    if if_none_match == tag:
-        return Response(status_code=304, headers=headers)
+    tag = f"{__version__}-{label.pictogram}-{size}"
     try:
-        content = context.pictograms.png(label.pictogram, size)
+        return cached_png(lambda: context.pictograms.png(label.pictogram, size), tag, if_none_match, "max-age=86400")
     except KeyError:
         raise NotFound(f"The picture {label.pictogram!r} of the label '{label.name}' is missing.") from None
-    return Response(content, media_type="image/png", headers=headers)
 
 
 @router.get("/label-sets", operation_id="list_label_sets", responses=failures())

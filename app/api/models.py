@@ -14,8 +14,6 @@ from app.training.request import NewModel
 from app.training.sources import TrainingSources
 from app.training.view import ModelView
 
-__all__ = ["router"]
-
 router = api_router("models")
 
 VersionId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the version: 32 hexadecimal digits")]

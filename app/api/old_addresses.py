@@ -14,13 +14,12 @@ from fastapi.responses import FileResponse
 from fastapi.routing import APIRoute
 
 from app.api import ground_truths, outputs, scene3d
-from app.api.ground_truths import GroundTruthView, VideoId
+from app.api.ground_truths import GroundTruthView
 from app.api.routing import api_router
+from app.api.runs import VideoId
 from app.body_model import Model
 from app.context import ContextDep
 from app.outputs.view import OutputView
-
-__all__ = ["DEPRECATED_SINCE", "router"]
 
 DEPRECATED_SINCE: Final = "@1795651200"
 """2026-11-26 in the form of RFC 9745."""

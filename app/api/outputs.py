@@ -13,8 +13,6 @@ from app.body_model import Model
 from app.context import ContextDep
 from app.outputs.view import OutputView
 
-__all__ = ["OutputId", "router"]
-
 router = api_router("outputs")
 
 OutputId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="name of the output: 32 hexadecimal digits")]

@@ -17,8 +17,6 @@ from app.people.activity import Activity, Overview
 from app.people.assignments import AssignmentView, State
 from app.people.service import PersonView
 
-__all__ = ["router"]
-
 router = api_router("people")
 
 PersonName = Annotated[str, Field(min_length=1, max_length=80, pattern=PLAIN)]
@@ -111,12 +109,7 @@ def change_assignment(
 ) -> AssignmentView:
     """Hand an assignment in, take it back, return it with a comment, close it or give it to another person."""
     return context.assignments.change(
-        who.identity,
-        assignment_id,
-        wanted.revision,
-        state=wanted.state,
-        comment=wanted.comment,
-        person=wanted.person,
+        who.identity, assignment_id, wanted.revision, state=wanted.state, comment=wanted.comment, person=wanted.person
     )
 
 

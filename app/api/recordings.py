@@ -14,8 +14,6 @@ from app.context import ContextDep
 from app.edits.documents import Frame, Key
 from app.outputs.view import OutputView
 
-__all__ = ["router"]
-
 router = api_router("recordings")
 
 

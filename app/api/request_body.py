@@ -21,8 +21,6 @@ from app.context import Context
 from app.errors import Invalid, TooLarge, storage_full
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["RAW_BODY", "receive_body", "received_file", "run_while_connected", "safe_name"]
-
 RAW_BODY: Final[JsonObject] = {
     "requestBody": {
         "required": True,
@@ -33,12 +31,20 @@ RAW_BODY: Final[JsonObject] = {
 _CHECK_INTERVAL_S = 0.2
 """Seconds between checks whether the client is still connected."""
 T = TypeVar("T")
+_MAX_STEM_BYTES, _MAX_SUFFIX = 150, 16
+"""Lengths of a file name without its extension, bytes, and of the extension: file systems allow 255 bytes in all."""
 _UNSAFE = re.compile(r"[^\w .()+-]+")
 
 
 def safe_name(name: str, otherwise: str) -> str:
-    """Return a file name that is safe to use on this machine for a name that somebody else chose."""
-    return _UNSAFE.sub("_", name).strip(" .")[:100] or otherwise
+    """Return a file name that is safe to use on this machine for a name that somebody else chose.
+
+    A long name keeps its extension, which formats are detected by.
+    """
+    plain = _UNSAFE.sub("_", name).strip(" .")
+    suffix = Path(plain).suffix if len(Path(plain).suffix) <= _MAX_SUFFIX else ""
+    stem = plain.removesuffix(suffix).encode()[:_MAX_STEM_BYTES].decode(errors="ignore")
+    return f"{stem}{suffix}" or otherwise
 
 
 @asynccontextmanager

@@ -7,8 +7,6 @@ from fastapi.routing import APIRoute
 
 from app.api.access import authorise
 
-__all__ = ["api_router"]
-
 
 def api_router(
     *tags: str, prefix: str = "/api", in_schema: bool = True, route_class: type[APIRoute] = APIRoute

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated
 
 from fastapi import Path
@@ -11,11 +12,9 @@ from app.api.access import WhoDep
 from app.api.responses import failures
 from app.api.routing import api_router
 from app.body_model import PLAIN, Model
-from app.context import ContextDep
+from app.context import Context, ContextDep
 from app.runs.view import RunView, StartedRun, run_view, started_run
 from app.storage.lookup import require_run
-
-__all__ = ["ParameterName", "ParameterValue", "RunId", "VideoId", "router"]
 
 router = api_router("runs")
 
@@ -79,6 +78,13 @@ class Runs(Model):
     runs: list[RunView]
 
 
+def forget_runs(context: Context, run_ids: Iterable[str]) -> None:
+    """Close what this server has open of removed runs."""
+    for run_id in run_ids:
+        context.evidence.forget(run_id)
+        context.scene3d.forget(run_id)
+
+
 @router.get("/videos/{video_id}/runs", operation_id="list_runs", responses=failures(404))
 def list_runs(video_id: VideoId, context: ContextDep) -> Runs:
     """Runs of a video, newest first."""
@@ -132,9 +138,7 @@ def get_run(run_id: RunId, context: ContextDep) -> RunView:
 @router.delete("/runs/{run_id}", operation_id="remove_run", status_code=204, responses=failures(404, 409))
 def remove_run(run_id: RunId, context: ContextDep) -> None:
     """Remove a run, its evidence and its edits."""
-    context.runs.remove(run_id)
-    context.evidence.forget(run_id)
-    context.scene3d.forget(run_id)
+    forget_runs(context, context.runs.remove(run_id))
 
 
 @router.patch("/runs/{run_id}", operation_id="rename_run", responses=failures(404))
@@ -147,9 +151,7 @@ def rename_run(run_id: RunId, wanted: NewName, context: ContextDep) -> RunView:
 def remove_whatifs(run_id: RunId, context: ContextDep) -> RemovedRuns:
     """Remove all what-ifs of a run that have ended."""
     removed = context.runs.remove_whatifs(run_id)
-    for name in removed:
-        context.evidence.forget(name)
-        context.scene3d.forget(name)
+    forget_runs(context, removed)
     return RemovedRuns(removed=removed)
 
 

@@ -17,8 +17,6 @@ from app.outputs.view import OutputView
 from app.scene3d.colours import Colouring
 from app.scene3d.view_state import MODES, Mode
 
-__all__ = ["router"]
-
 router = api_router("scene3d")
 
 _VIEW = "^[0-9a-f]{8,32}$"

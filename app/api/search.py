@@ -11,7 +11,7 @@ from pydantic import Field
 
 from app.api.access import WhoDep
 from app.api.edits import Author
-from app.api.responses import failures
+from app.api.responses import CACHED_PNG, cached_png, failures
 from app.api.routing import api_router
 from app.body_model import Model
 from app.context import ContextDep
@@ -19,13 +19,9 @@ from app.errors import Invalid
 from app.search.actions import MAX_TRACKS, Operation, TrackAction, TracksDone, WantedTrack
 from app.search.query import SearchAnswer, SearchRequest, answer
 from app.videos.tags import TagRequest, change_tags
-from tsr_engine.json_shapes import JsonObject
-
-__all__ = ["router"]
 
 router = api_router("search")
 
-_PNG: JsonObject = {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
 _INDEX_WAIT_S = 0.1
 """Seconds that a search waits for edits that are not in its tables yet."""
 _NUMBER = re.compile(r"-?[0-9]{1,7}(\.[0-9]{1,6})?")
@@ -66,7 +62,7 @@ def search(request: Annotated[SearchRequest, Query()], context: ContextDep) -> S
     "/search/crop",
     operation_id="get_search_crop",
     response_class=Response,
-    responses={**failures(404, 409), 200: _PNG, 304: {"description": "Not Modified"}},
+    responses=failures(404, 409) | CACHED_PNG,
 )
 def get_search_crop(
     run: Annotated[str, Query(pattern="^[0-9a-f]{32}$")],
@@ -78,12 +74,11 @@ def get_search_crop(
 ) -> Response:
     """The picture under a box of a run's video, with a margin of a tenth of its side."""
     edges = _edges(box)
-    tag = f'"{run}-{frame}-{box}-{size}"'
-    headers = {"ETag": tag, "Cache-Control": "private, max-age=31536000, immutable"}
-    if if_none_match == tag:
-        return Response(status_code=304, headers=headers)
-    content = context.pixels.crop_of_box(run, frame, edges, size, context.frames.raw)
-    return Response(content, media_type="image/png", headers=headers)
+    return cached_png(
+        lambda: context.pixels.crop_of_box(run, frame, edges, size, context.frames.raw),
+        f"{run}-{frame}-{box}-{size}",
+        if_none_match,
+    )
 
 
 @router.post("/search/actions", operation_id="act_on_tracks", responses=failures(404, 409))

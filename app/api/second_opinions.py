@@ -15,8 +15,6 @@ from app.body_model import Model
 from app.context import ContextDep
 from app.people.second_opinion import Given, NextLook, SecondOpinions
 
-__all__ = ["router"]
-
 router = api_router("people")
 
 _INDEX_WAIT_S = 10.0

@@ -19,8 +19,6 @@ from app.security.access import sign_in_cookie
 from tsr_engine.params.presets import PRESETS
 from tsr_engine.version import __version__
 
-__all__ = ["router"]
-
 router = api_router("session")
 
 

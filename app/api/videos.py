@@ -13,7 +13,7 @@ from pydantic import Field
 from app.api.request_body import RAW_BODY, receive_body
 from app.api.responses import PICTURE, failures
 from app.api.routing import api_router
-from app.api.runs import VideoId
+from app.api.runs import VideoId, forget_runs
 from app.body_model import Model
 from app.context import ContextDep
 from app.errors import Invalid, NotFound, UnsupportedMedia
@@ -30,8 +30,6 @@ from tsr_engine.io.video_kinds import (
     cannot_be_video,
     not_a_video_message,
 )
-
-__all__ = ["router"]
 
 router = api_router("videos")
 
@@ -111,8 +109,7 @@ def remove_video(video_id: VideoId, context: ContextDep) -> None:
     """Remove a video with its runs and edits. A file that was added by path is not deleted."""
     runs = context.videos.remove(video_id)
     context.frames.forget(video_id)
-    for run in runs:
-        context.evidence.forget(run)
+    forget_runs(context, runs)
 
 
 @router.get("/videos/{video_id}/table", operation_id="get_frame_table", responses=failures(404, 409))

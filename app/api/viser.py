@@ -31,8 +31,6 @@ from tsr_engine.errors import TsrError
 if TYPE_CHECKING:
     from websockets.asyncio.client import ClientConnection
 
-__all__ = ["ACCESS_CHECK_INTERVAL_S", "ViewName", "router", "wait_for_access_loss"]
-
 router = api_router(prefix="", in_schema=False)
 
 ViewName = Annotated[str, Path(pattern="^[0-9a-f]{8,32}$", description="name that the page has given its view")]

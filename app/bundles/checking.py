@@ -13,8 +13,6 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["check_bundle"]
-
 _BASE_SECONDS: Final = 20
 """Seconds of computing for any clip."""
 _SECONDS_PER_FRAME: Final = 0.2

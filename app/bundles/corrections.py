@@ -8,14 +8,13 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from app.edits.documents import NO_CLASS, KeyFrame, Note, Segment, TrackDoc
+from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.matching import LabelFinder
 from tsr_engine.labels.model import LabelSet
-
-__all__ = ["label_keys", "read_corrections", "relabelled_documents", "shift_document"]
+from tsr_engine.track_table import NO_CLASS
 
 _MAX_DOCUMENTS = 5000
 _DOCUMENTS = TypeAdapter(list[TrackDoc])
@@ -141,14 +140,7 @@ def shift_document(
     notes = tuple(
         Note(**{**note.model_dump(), "frame": note.frame - offset}) for note in doc.notes if first <= note.frame < stop
     )
-    return doc.model_copy(
-        update={
-            "revision": 1,
-            "segments": tuple(pieces),
-            "keys": keys,
-            "notes": notes,
-        }
-    )
+    return doc.model_copy(update={"revision": 1, "segments": tuple(pieces), "keys": keys, "notes": notes})
 
 
 def _keys_within(doc: TrackDoc, first: int, stop: int) -> dict[int, KeyFrame]:

@@ -35,8 +35,6 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 
-__all__ = ["expectation_of"]
-
 Edges = tuple[float, float, float, float]
 
 
@@ -89,11 +87,9 @@ class _ExpectationBuilder:
 
     def add(self, doc: TrackDoc) -> None:
         """Add the expectations of one document."""
-        if doc.merged_into is not None:
+        if doc.merged_into is not None or doc.ignore:
             return  # the document that it was merged into covers it
-        if doc.ignore:
-            return
-        if doc.gone or doc.not_a_sign or doc.review == "rejected":
+        if doc.is_no_sign():
             self._absent(doc.key, self._engine_boxes(doc))
             return
         shown = self._shown(doc)
@@ -102,7 +98,7 @@ class _ExpectationBuilder:
         if not shown:
             return
         self._add_sign(doc.key, shown)
-        pieces = {piece.track for piece in doc.segments if piece.first < self.stop and piece.last >= self.first}
+        pieces = self._pieces(doc)
         drawn_frames = [f for f in shown if (key := doc.keys.get(str(f))) is not None and key.box is not None]
         accepted = doc.review == "accepted"
         if not pieces or accepted:
@@ -123,9 +119,9 @@ class _ExpectationBuilder:
         holders: dict[int, list[str]] = {}
         for key in sorted(self.documents):
             doc = self.documents[key]
-            if doc.gone or doc.not_a_sign or doc.review == "rejected":
+            if doc.is_no_sign():
                 continue
-            for track in sorted({p.track for p in doc.segments if p.first < self.stop and p.last >= self.first}):
+            for track in sorted(self._pieces(doc)):
                 holders.setdefault(track, []).append(key)
         pairs = {pair for keys in holders.values() for pair in combinations(keys, 2)}
         for a, b in sorted(pairs):
@@ -137,6 +133,10 @@ class _ExpectationBuilder:
             if a in self.signs and b in self.signs:
                 self.expected.append(Expected(id=f"{a}.apart.{b}", kind="apart", sign=a, other=b))
 
+    def _pieces(self, doc: TrackDoc) -> set[int]:
+        """The engine's tracks with a segment in the frames."""
+        return {piece.track for piece in doc.segments if piece.first < self.stop and piece.last >= self.first}
+
     def _expect(self, key: str, kind: str) -> None:
         name = f"{key}.{kind}"
         if all(expected.id != name for expected in self.expected):
@@ -145,9 +145,7 @@ class _ExpectationBuilder:
     def _add_sign(self, key: str, shown: Mapping[int, Effective]) -> None:
         frames = sorted(shown)
         self.signs[key] = ExpectedSign(
-            frames=frames,
-            boxes=[shown[f].box for f in frames],
-            hidden=[f for f in frames if shown[f].occluded],
+            frames=frames, boxes=[shown[f].box for f in frames], hidden=[f for f in frames if shown[f].occluded]
         )
 
     def _absent(self, key: str, boxes: Mapping[int, Edges]) -> None:
@@ -174,9 +172,7 @@ class _ExpectationBuilder:
         return None
 
     def _remaining_keys(self) -> Iterator[str]:
-        for key, doc in sorted(self.documents.items()):
-            if not (doc.gone or doc.not_a_sign or doc.review == "rejected"):
-                yield key
+        yield from (key for key, doc in sorted(self.documents.items()) if not doc.is_no_sign())
         yield from (key for key in self.present if key not in self.documents)
 
     def _shown_as(self, key: str) -> dict[int, Effective]:
@@ -194,9 +190,8 @@ class _ExpectationBuilder:
 
     def _engine_boxes(self, doc: TrackDoc) -> dict[int, Edges]:
         """The engine's boxes of a track that is no sign; none for a track that a person drew."""
-        tracks = {piece.track for piece in doc.segments} | ({int(doc.key[1:])} if doc.key.startswith("m") else set())
         boxes: dict[int, Edges] = {}
-        for track in sorted(tracks):
+        for track in sorted(set(doc.engine_tracks())):
             for frame in range(self.first, self.stop):
                 inside = doc.gone or any(p.track == track and p.first <= frame <= p.last for p in doc.segments)
                 is_elsewhere = doc.gone and self._is_in_other_document(doc.key, track, frame)
@@ -245,9 +240,5 @@ class _ExpectationBuilder:
 
     def _class_number(self, doc: TrackDoc) -> int | None:
         """The engine's class of the track."""
-        own_numbers = [int(doc.key[1:])] if doc.key.startswith("m") else []
-        for number in (*own_numbers, *(piece.track for piece in doc.segments)):
-            label = self.engine_tracks.labels.get(number, -1)
-            if label >= 0:
-                return label
-        return None
+        labels = (self.engine_tracks.labels.get(number, -1) for number in doc.engine_tracks())
+        return next((label for label in labels if label >= 0), None)

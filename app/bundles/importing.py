@@ -22,7 +22,7 @@ from app.labels.mapping import labels_of_model
 from app.labels.store import default_key, newest
 from app.outputs.file_moves import FileMoves, moving_files
 from app.runs.focus import focus_of
-from app.runs.parameters import params_of
+from app.runs.parameters import as_setting, params_of
 from app.runs.view import RunView, publish_run, run_view
 from app.sandbox.limits import NICE, Limits
 from app.sandbox.sandboxes import SandboxError, Sandboxes, SandboxesClosed
@@ -42,8 +42,6 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.params import PRESETS, Params
 from tsr_engine.params.aliases import current_sections
-
-__all__ = ["BundleImport", "BundleImports", "BundleReportView"]
 
 _COMPUTING = 900
 """Limit of computing time to check a bundle, seconds; lower for a short clip, see ``app.bundles.checking``."""
@@ -234,16 +232,16 @@ class BundleImports:
         video = session.scalars(
             select(Video).where(Video.id == manifest.clip.sha256).options(undefer(Video.frame_table))
         ).first()
-        if video is not None:
-            require_local(session, video.place, video.name)
         if video is None:
-            video = Video(id=manifest.clip.sha256, name=_clip_name(manifest), path=str(upload), state="importing")
-            video.size, video.owned, video.sample, video.warnings = clip.stat().st_size, True, False, []
+            video = Video(id=manifest.clip.sha256, name=_clip_name(manifest), path=str(upload), owned=True)
+            video.size = clip.stat().st_size
             session.add(video)
             session.flush()
             self._jobs.submit(session, "import", video.id, priority=10)
             moves.move(clip, upload)
-        elif not Path(video.path).is_file():
+            return video
+        require_local(session, video.place, video.name)
+        if not Path(video.path).is_file():
             moves.move(clip, upload)
             video.path, video.owned = str(upload), True
         return video
@@ -264,7 +262,6 @@ class BundleImports:
         return Run(
             id=run_id,
             video_id=video_id,
-            kind="engine",
             name=f"{manifest.run.name or 'Run'} of a bundle"[:120],
             state="complete",
             preset=preset,
@@ -325,9 +322,8 @@ def _configuration(manifest: Manifest) -> tuple[str, JsonObject]:
         values = stored.get(section)
         if not isinstance(values, dict) or leaf not in values or values[leaf] == defaults[section][leaf]:
             continue
-        value = tuple(values[leaf]) if isinstance(values[leaf], list) else values[leaf]
         try:
-            params.with_settings([(leaf, value)])
+            params.with_settings([(leaf, as_setting(values[leaf]))])
         except UsageError:
             continue
         changed[leaf] = values[leaf]

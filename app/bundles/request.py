@@ -17,8 +17,6 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, display_path
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["bundle_request", "report_summary"]
-
 
 def bundle_request(
     source: Source,

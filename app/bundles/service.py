@@ -12,12 +12,10 @@ from app.outputs.names import file_stem
 from app.outputs.service import OutputService
 from app.outputs.view import OutputView
 from app.storage.database import Database
-from app.storage.lookup import require_run
+from app.storage.lookup import ACTIVE, require_run
 from app.storage.models import TrackDocument, Video
 from app.videos.error_text import with_upload_name
 from tsr_engine.bundle.layout import MAX_FRAMES
-
-__all__ = ["JOB", "BundleService"]
 
 JOB = "bundle"
 
@@ -62,7 +60,7 @@ class BundleService:
                 raise Conflict(
                     f"{run.name} was made by another program, so the engine cannot replay it.", code="not_replayable"
                 )
-            if run.state in ("queued", "running"):
+            if run.state in ACTIVE:
                 raise Conflict(f"{run.name} is still {run.state}. Wait until it is complete.", code="still_running")
             video = session.get_one(Video, run.video_id)
             if not Path(video.path).is_file():
@@ -72,12 +70,6 @@ class BundleService:
                 known = session.get(TrackDocument, (run_id, key)) is not None
                 if not known and (not key.startswith("m") or self._evidence.span(run_id, int(key[1:])) is None):
                     raise Invalid(f"The run has no track {key}.", field="tracks")
-            options = {
-                "first": first,
-                "stop": stop,
-                "note": note,
-                "tracks": sorted(set(tracks)),
-                "max_eq7": max_eq7,
-            }
+            options = {"first": first, "stop": stop, "note": note, "tracks": sorted(set(tracks)), "max_eq7": max_eq7}
             name = f"{file_stem(video.name, 'video')}_{first}-{stop - 1}_bug.zip"
             return OutputView.from_row(self._outputs.queue(session, "bundle", run_id, name, options, JOB))

@@ -17,8 +17,6 @@ from app.videos.packed_table import unpack
 from tsr_engine.bundle import make_bundle
 from tsr_engine.errors import InputError, ModelError
 
-__all__ = ["FILE", "make_run_bundle"]
-
 FILE = "bundle.zip"
 
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from tsr_engine.errors import UsageError
 from tsr_engine.evaluation.tracking import VideoReport
 
-__all__ = ["FIGURES", "Change", "Unit", "budgets", "changes", "over_budget"]
-
 FIGURES: Final[Mapping[str, tuple[str, bool]]] = {
     "found": ("signs found, %", True),
     "coverage": ("frames of signs covered at IoU 0.5, %", True),
@@ -81,18 +79,14 @@ def changes(before: Sequence[VideoReport], after: Sequence[VideoReport], seed: i
     found = []
     for name in FIGURES:
         first, second = (_figure(name, table.sum(axis=0)) for table in (old, new))
-        both = first is not None and second is not None
-        samples = [
-            _figures(name, weights @ side) for side in sums
-        ]  # each (samples,), NaN where a sample has nothing to measure
-        gaps = samples[1] - samples[0]
-        gaps = gaps[np.isfinite(gaps)]
+        difference = None if first is None or second is None else second - first
+        earlier, later = (_figures(name, weights @ side) for side in sums)  # NaN where a sample has nothing to measure
+        gaps = (later - earlier)[np.isfinite(later - earlier)]
         interval = None
         enough = unit == "drives" or (name != "false" and int(new[:, 1].sum()) >= _MIN_SIGNS)
-        if both and enough and len(gaps) >= _SAMPLES // 2:
+        if difference is not None and enough and len(gaps) >= _SAMPLES // 2:
             low, high = np.percentile(gaps, (2.5, 97.5)).tolist()
             interval = (low, high)
-        difference = None if first is None or second is None else second - first
         found.append(Change(name, first, second, difference, interval))
     return found, unit
 

@@ -13,8 +13,6 @@ from tsr_engine.evaluation.tracking import SignReport, VideoReport
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["Regression", "find_regressions"]
-
 Kind = Literal["lost", "misread", "false", "less"]
 _ORDER: Final[tuple[Kind, ...]] = ("lost", "misread", "false", "less")
 _MIN_LOST_SHARE: Final = 0.1

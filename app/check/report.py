@@ -23,8 +23,6 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.records import Picture
 
-__all__ = ["CHECK_HTML", "CHECK_JSON", "as_json", "describe_regression", "write_bundles", "write_report"]
-
 CHECK_JSON: Final = "check.json"
 CHECK_HTML: Final = "check.html"
 _CROPS: Final = "crops"

@@ -13,8 +13,6 @@ from tsr_engine.exchange.dataset import REJECTED, Track
 from tsr_engine.exchange.frame_rows import table_of
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["ReviewedDrive", "reviewed_drive"]
-
 
 @dataclass(frozen=True, slots=True)
 class ReviewedDrive:

@@ -19,8 +19,6 @@ from tsr_engine.io.opened_file import display_path
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["CheckReport", "CheckedDrive", "check"]
-
 
 @dataclass(frozen=True, slots=True)
 class CheckedDrive:

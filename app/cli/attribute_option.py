@@ -7,8 +7,6 @@ from typing import Final
 
 from tsr_engine.errors import UsageError
 
-__all__ = ["ATTRIBUTE_HELP", "parse_attribute"]
-
 ATTRIBUTE_HELP: Final = (
     "NAME:checkbox, NAME:text, NAME:select=A|B or NAME:number=LOW..HIGH, then ,mutable and ,default=VALUE; repeatable."
 )

@@ -10,11 +10,10 @@ from typing import Annotated
 
 import typer
 
+from app.cli.library import HomeOption
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
 from tsr_engine.errors import UsageError
 from tsr_engine.plural import plural
-
-__all__ = ["bundle"]
 
 
 def bundle(
@@ -36,9 +35,7 @@ def bundle(
     max_eq7: Annotated[
         float | None, typer.Option("--max-eq7", min=0, max=0.99, help="Error that a corrected box may have.")
     ] = None,
-    home: Annotated[
-        Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
-    ] = None,
+    home: HomeOption = None,
     video: Annotated[
         Path | None, typer.Option("--video", metavar="VIDEO", help="The video; needed for a bare evidence folder.")
     ] = None,

@@ -9,24 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from app.cli.library import HomeOption
 from tsr_engine.cli.batch import BatchProgressPrinter, CoresOption, JobsOption, MemoryOption, PlaceOption, batch_request
-from tsr_engine.cli.common import (
-    JsonOption,
-    ModelsOption,
-    PresetOption,
-    SetOption,
-    out_console,
-    print_json,
-    say,
-)
+from tsr_engine.cli.common import JsonOption, ModelsOption, PresetOption, SetOption, out_console, print_json, say
 from tsr_engine.errors import InputError
 from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from app.check.reviewed import ReviewedDrive
     from app.check.run import CheckReport
-
-__all__ = ["EXIT_OVER_BUDGET", "check"]
 
 EXIT_OVER_BUDGET = 22
 
@@ -37,15 +28,12 @@ def check(
         list[str] | None,
         typer.Argument(metavar="[VIDEO...]", help="Reviewed videos or runs; unset: all of the data folder."),
     ] = None,
-    home: Annotated[
-        Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
-    ] = None,
+    home: HomeOption = None,
     models: ModelsOption = None,
     preset: PresetOption = "default",
     settings: SetOption = [],  # noqa: B006 - typer copies it
     budget: Annotated[
-        list[str],
-        typer.Option("--budget", metavar="FIGURE=DIFF", help="How much worse a figure may get; repeatable."),
+        list[str], typer.Option("--budget", metavar="FIGURE=DIFF", help="How much worse a figure may get; repeatable.")
     ] = [],  # noqa: B006 - typer copies it
     bundles: Annotated[
         int, typer.Option("--bundles", min=0, max=100, help="Number of worst regressions to pack as bug bundles.")

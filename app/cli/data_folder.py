@@ -19,8 +19,6 @@ from app.storage.models import Run, TrackDocument, Video
 from tsr_engine.errors import InputError
 from tsr_engine.io.video_probe import video_sha256
 
-__all__ = ["describe_run_choice", "find_run", "find_video", "open_home"]
-
 _VIDEO = re.compile("[0-9a-f]{64}")
 
 

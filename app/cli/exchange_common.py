@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -10,11 +9,6 @@ import typer
 from tsr_engine.cli.common import out_console
 from tsr_engine.errors import UsageError
 
-__all__ = ["HomeOption", "OptionOption", "pairs", "print_lines"]
-
-HomeOption = Annotated[
-    Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
-]
 OptionOption = Annotated[
     list[str], typer.Option("--option", metavar="NAME=VALUE", help="An option of the format; repeatable.")
 ]

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from app.cli.exchange_common import HomeOption, OptionOption, pairs, print_lines
+from app.cli.exchange_common import OptionOption, pairs, print_lines
+from app.cli.library import HomeOption
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
 from tsr_engine.errors import UsageError
 from tsr_engine.plural import plural
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from pydantic import ValidationError
 
     from app.exchange.export import ExportRequest
-
-__all__ = ["export", "formats"]
 
 
 def formats(json: JsonOption = False) -> None:

@@ -9,13 +9,11 @@ from typing import Annotated
 
 import typer
 
-from app.cli.exchange_common import HomeOption, OptionOption, pairs, print_lines
+from app.cli.exchange_common import OptionOption, pairs, print_lines
+from app.cli.library import HomeOption
 from tsr_engine.cli.common import JsonOption, existing, out_console, print_json, say
 from tsr_engine.errors import UsageError
 from tsr_engine.plural import plural
-
-__all__ = ["import_file"]
-
 
 _REMEDY = (
     "Map them to labels with --label NAME=KEY, or choose --unknown add|skip|refuse for the others "

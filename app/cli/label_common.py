@@ -16,20 +16,7 @@ from tsr_engine.errors import UsageError
 
 if TYPE_CHECKING:
     from app.labels.service import LabelService
-    from app.labels.views import Change
     from tsr_engine.labels.model import Label, LabelSet
-
-__all__ = [
-    "FormatOption",
-    "LabelArgument",
-    "SetOption",
-    "change_labels",
-    "find_label",
-    "label_service",
-    "parse_set_key",
-    "print_change",
-    "written",
-]
 
 SetOption = Annotated[
     str | None,
@@ -51,8 +38,8 @@ def label_service(home: Path | None) -> Iterator[tuple[LabelService, str]]:
         yield LabelService(database, EventBus()), settings.author
 
 
-def change_labels(service: LabelService, key: str | None, author: str, change: dict[str, object]) -> Change:
-    """Apply a change in the form in which the page sends it."""
+def change_labels(service: LabelService, key: str | None, author: str, change: dict[str, object], json: bool) -> None:
+    """Apply a change in the form in which the page sends it, and print what it did."""
     from pydantic import TypeAdapter, ValidationError
 
     from app.labels.commands import LabelChange
@@ -63,11 +50,7 @@ def change_labels(service: LabelService, key: str | None, author: str, change: d
     except ValidationError as error:
         place, problem = first_problem(error)
         raise UsageError(f"{place.removeprefix(str(change['type']) + '.')}: {problem}.") from None
-    return service.change(service.get(key).key, author, command)
-
-
-def print_change(done: Change, json: bool) -> None:
-    """Print what a change did."""
+    done = service.change(service.get(key).key, author, command)
     if json:
         print_json(done.model_dump(mode="json"))
     else:

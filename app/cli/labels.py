@@ -18,14 +18,11 @@ from app.cli.label_common import (
     find_label,
     label_service,
     parse_set_key,
-    print_change,
     written,
 )
 from app.cli.library import HomeOption
 from tsr_engine.cli.common import JsonOption, out_console, print_json, say
 from tsr_engine.errors import UsageError
-
-__all__ = ["app"]
 
 app = typer.Typer(
     help="List, add and change the labels of a data folder; import and export label sets.",
@@ -116,22 +113,12 @@ def add(
     Example:
       tsr labels add "no parking" --alias Parkverbot --attribute 'occluded:checkbox,mutable'
     """
-    facts: dict[str, object] = {
-        "name": name,
-        "key": key,
-        "short": short,
-        "shape": shape,
-        "category": category,
-        "teach": teach,
-    }
-    facts |= {"colour": colour, "pinned": digit}
+    facts: dict[str, object] = {"type": "add", "name": name, "key": key, "short": short, "shape": shape}
+    facts |= {"category": category, "teach": teach, "colour": colour, "pinned": digit, "aliases": aliases or None}
+    facts["attributes"] = [parse_attribute(text) for text in attributes] or None
     sent = {field: value for field, value in facts.items() if value is not None}
-    if aliases:
-        sent["aliases"] = aliases
-    if attributes:
-        sent["attributes"] = [parse_attribute(text) for text in attributes]
     with label_service(home) as (service, author):
-        print_change(change_labels(service, set_key, author, {"type": "add", **sent}), json)
+        change_labels(service, set_key, author, sent, json)
 
 
 @app.command("rename")
@@ -150,7 +137,7 @@ def rename(
     """
     with label_service(home) as (service, author):
         found = find_label(service.get(set_key), label)
-        print_change(change_labels(service, set_key, author, {"type": "update", "id": found.id, "name": name}), json)
+        change_labels(service, set_key, author, {"type": "update", "id": found.id, "name": name}, json)
 
 
 @app.command("alias")
@@ -177,9 +164,7 @@ def alias(
             aliases = [name for name in found.aliases if name not in names]
         else:
             aliases = list(dict.fromkeys((*found.aliases, *names)))
-        print_change(
-            change_labels(service, set_key, author, {"type": "update", "id": found.id, "aliases": aliases}), json
-        )
+        change_labels(service, set_key, author, {"type": "update", "id": found.id, "aliases": aliases}, json)
 
 
 @app.command("merge")
@@ -199,7 +184,7 @@ def merge(
     with label_service(home) as (service, author):
         labels = service.get(set_key)
         change = {"type": "merge", "id": find_label(labels, label).id, "into": find_label(labels, into).id}
-        print_change(change_labels(service, set_key, author, change), json)
+        change_labels(service, set_key, author, change, json)
 
 
 @app.command("hide")
@@ -218,9 +203,7 @@ def hide(
     """
     with label_service(home) as (service, author):
         found = find_label(service.get(set_key), label)
-        print_change(
-            change_labels(service, set_key, author, {"type": "show" if undo else "hide", "id": found.id}), json
-        )
+        change_labels(service, set_key, author, {"type": "show" if undo else "hide", "id": found.id}, json)
 
 
 @app.command("import")

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from app.settings import Settings
     from app.storage.database import Database
 
-__all__ = ["HomeOption", "open_library"]
-
 HomeOption = Annotated[
     Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
 ]

@@ -15,8 +15,6 @@ from app.cli.search import search
 from tsr_engine.cli import main as engine
 from tsr_engine.cli.common import ParameterCommand
 
-__all__ = ["register", "run"]
-
 
 def register() -> None:
     """Add the commands of the review tool to the engine's; a second call changes nothing."""

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from app.training.service import TrainingService
     from app.training.view import ModelView
 
-__all__ = ["app"]
-
 app = typer.Typer(
     help="List the model versions of a data folder, promote one, or roll back.",
     no_args_is_help=True,
@@ -55,8 +53,7 @@ def listed(home: HomeOption = None, json: JsonOption = False) -> None:
 
 @app.command("promote")
 def promote(
-    version: Annotated[str, typer.Argument(help="Id or name of a version, or 'shipped'.")],
-    home: HomeOption = None,
+    version: Annotated[str, typer.Argument(help="Id or name of a version, or 'shipped'.")], home: HomeOption = None
 ) -> None:
     """Let new runs use a version.
 

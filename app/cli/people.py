@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from app.people.service import PeopleService
     from app.settings import Settings
 
-__all__ = ["app"]
-
 app = typer.Typer(
     help="List, add and remove the people of a data folder; set roles; create and revoke tokens.",
     no_args_is_help=True,

@@ -8,8 +8,6 @@ from contextlib import contextmanager
 from tsr_engine.cli.interrupt import stop_on_interrupt
 from tsr_engine.cli.progress import progress_bar
 
-__all__ = ["step_counter"]
-
 
 @contextmanager
 def step_counter(title: str) -> Iterator[Callable[[int, int], None]]:

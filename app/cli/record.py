@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from app.cli.library import HomeOption
 from tsr_engine.cli.common import JsonOption, existing, frame_range, out_console, print_json, say
 from tsr_engine.errors import UsageError
 from tsr_engine.plural import plural
@@ -16,8 +17,6 @@ from tsr_engine.plural import plural
 if TYPE_CHECKING:
     from app.exchange.dataset import Source
     from tsr_engine.recording import BoxRows
-
-__all__ = ["record"]
 
 
 def record(
@@ -28,9 +27,7 @@ def record(
     frames: Annotated[
         str | None, typer.Option("--frames", metavar="A:B", help="Only frames A to B-1; unset: all of the run.")
     ] = None,
-    home: Annotated[
-        Path | None, typer.Option("--home", metavar="DIR", help="Data folder of 'tsr review'.", show_default=False)
-    ] = None,
+    home: HomeOption = None,
     video: Annotated[
         Path | None, typer.Option("--video", metavar="FILE", help="The video of a bare evidence folder.")
     ] = None,

@@ -12,8 +12,6 @@ import typer
 from tsr_engine.cli.common import existing
 from tsr_engine.errors import InputError
 
-__all__ = ["review"]
-
 
 def review(
     video: Annotated[Path | None, typer.Argument(help="A video to add and open.", show_default=False)] = None,

@@ -12,8 +12,6 @@ from app.storage.ids import RUN_ID
 from tsr_engine.errors import InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence.schema import RUN_FILE
 
-__all__ = ["as_command_error", "find_sources", "track_key"]
-
 
 @contextmanager
 def as_command_error() -> Iterator[None]:
@@ -30,12 +28,8 @@ def _command_error(error: ApiError) -> TsrError:
     return StorageError(error.message) if isinstance(error, StorageFull) else InputError(error.message)
 
 
-def _ignore(_sentence: str) -> None:
-    """Nobody asks."""
-
-
 def find_sources(
-    names: Sequence[str], home: Path | None, video: Path | None, report: Callable[[str], None] = _ignore
+    names: Sequence[str], home: Path | None, video: Path | None, report: Callable[[str], None]
 ) -> list[Source]:
     """Find the runs of names.
 
@@ -50,15 +44,14 @@ def find_sources(
         InputError: there is no such run, or it cannot be exported.
         UsageError: ``video`` with anything else than one bare evidence folder.
     """
-    bare = [name for name in names if _bare_folder(Path(name)) is not None]
+    bare = {name for name in names if (Path(name) / RUN_FILE).is_file() and _data_folder_of(Path(name)) is None}
     if video is not None and (len(names) != 1 or not bare):
         raise UsageError("--video names the file of one evidence folder. Leave it out for runs of a data folder.")
-    sources: list[Source] = []
-    for name in names:
-        folder = _bare_folder(Path(name))
-        with as_command_error():
-            sources.append(evidence_source(folder, video) if folder is not None else _stored_source(name, home, report))
-    return sources
+    with as_command_error():
+        return [
+            _stored_source(name, home, report) if name not in bare else evidence_source(Path(name), video)
+            for name in names
+        ]
 
 
 def track_key(text: str) -> str:
@@ -69,11 +62,7 @@ def track_key(text: str) -> str:
 
 def _stored_source(name: str, home: Path | None, report: Callable[[str], None]) -> Source:
     """A run of a data folder."""
-    from app.cli.data_folder import (  # slow to import because of the database
-        describe_run_choice,
-        find_run,
-        open_home,
-    )
+    from app.cli.data_folder import describe_run_choice, find_run, open_home  # slow because of the database
     from app.exchange.run_sources import run_source
 
     inside = _data_folder_of(Path(name))
@@ -82,11 +71,6 @@ def _stored_source(name: str, home: Path | None, report: Callable[[str], None]) 
         if run_id != Path(name).name:
             report(describe_run_choice(session, run_id))
         return run_source(session, settings, run_id)
-
-
-def _bare_folder(path: Path) -> Path | None:
-    """An evidence folder that belongs to no data folder."""
-    return path if (path / RUN_FILE).is_file() and _data_folder_of(path) is None else None
 
 
 def _data_folder_of(path: Path) -> Path | None:

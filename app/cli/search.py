@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from app.search.query import SearchAnswer, SearchRequest
 
-__all__ = ["search"]
-
 _PAGE_SIZE = 500
 _PROGRESS_INTERVAL_S = 5.0
 """Seconds between two reports of progress."""

@@ -21,6 +21,7 @@ from typing import Any, cast
 import uvicorn
 from fastapi import FastAPI
 
+from app.cli.run_names import as_command_error
 from app.main import create_app
 from app.security.connections import ConnectionLimits
 from app.security.tokens import home_token
@@ -30,8 +31,6 @@ from tsr_engine.cli.common import say
 from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.io.locks import is_locked
-
-__all__ = ["ReviewServer", "open_link", "open_running", "serve", "server_config"]
 
 _LOCK = "server.lock"
 _RUNNING = "server.json"
@@ -73,7 +72,8 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
     """Run the server until Ctrl-C; the last action of this process.
 
     Raises:
-        UsageError: the port is taken.
+        UsageError: the port is taken, or the video's path is not allowed.
+        InputError: the video cannot be added.
         StorageError: another server uses the data folder or its SQLite database, or they cannot be written.
     """
     locks = _lock_data(settings)
@@ -84,13 +84,13 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
     base = f"http://{_host_in_url(settings.host)}:{port}"
     app = create_app(settings.model_copy(update={"port": port}))
     context = app.state.context
+    path = ""
+    if video is not None:
+        with as_command_error():
+            path = f"#/review/{context.videos.add_path(str(video.resolve())).id}"
     context.sandboxes.warm()
     with atomic_text(note) as file:
         json.dump({"base": base, "pid": os.getpid()}, file)
-    path = ""
-    if video is not None:
-        added = context.videos.add_path(str(video.resolve()))
-        path = f"#/review/{added.id}"
     link = f"{base}{context.sign_in_path()}{path}"
     server = ReviewServer(server_config(app, log_level="warning", access_log=False))
     threading.Thread(target=_print_link_when_ready, args=(server, settings, link, browser), daemon=True).start()

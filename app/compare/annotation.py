@@ -15,8 +15,6 @@ from app.edits.effective import AS_ENGINE, effective_track
 from app.evidence.run_columns import FloatColumn, IntColumn
 from tsr_engine.track_table import NO_CLASS, NO_SOURCE, TrackTable
 
-__all__ = ["corrected_boxes"]
-
 
 def corrected_boxes(engine_tracks: TrackTable, documents: Mapping[str, TrackDoc], stop: int) -> TrackTable:
     """Apply documents to the engine's boxes.
@@ -36,7 +34,7 @@ def corrected_boxes(engine_tracks: TrackTable, documents: Mapping[str, TrackDoc]
     index = {key: i for i, key in enumerate(names)}
     parts = [engine_tracks.rows(keep)]
     for key, document in sorted(documents.items()):
-        if document.gone or document.not_a_sign or document.review == "rejected":
+        if document.is_no_sign():
             continue
         if key not in index:
             index[key] = len(names)
@@ -76,12 +74,8 @@ class _Engine:
 
     def label(self, document: TrackDoc) -> int:
         """The engine's class of a document's own track, or of its first piece; -1: none."""
-        numbers = [int(document.key[1:])] if document.key.startswith("m") else []
-        for track in (*numbers, *(segment.track for segment in document.segments)):
-            rows = self._rows(track)
-            if len(rows):
-                return int(self._table.class_id[rows[0]])
-        return NO_CLASS
+        rows = (self._rows(track) for track in document.engine_tracks())
+        return next((int(self._table.class_id[of_track[0]]) for of_track in rows if len(of_track)), NO_CLASS)
 
     def sources(self, document: TrackDoc, frames: IntColumn) -> IntColumn:
         """Source of the engine's result in each frame; -1 where no piece contains the frame."""

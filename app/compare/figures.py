@@ -16,18 +16,6 @@ from tsr_engine.evaluation.matching import Matching
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import TrackTable
 
-__all__ = [
-    "FIRST_UNKNOWN_LABEL",
-    "MAX_PLACES",
-    "MIN_WIDTH",
-    "OF_CANDIDATE",
-    "Cell",
-    "Confusion",
-    "Figure",
-    "confusion",
-    "figures",
-]
-
 MIN_WIDTH = 20.0
 """Minimum width of a sign that counts for coverage, identities and classes, px."""
 MAX_PLACES = 500
@@ -167,11 +155,7 @@ def confusion(
     )
     nothing = -2  # unlike -1, a sign of none of the classes
     reference_labels = np.concatenate(
-        [
-            reference.class_id[found.reference],
-            reference.class_id[found.missed],
-            np.full(len(found.false), nothing),
-        ]
+        [reference.class_id[found.reference], reference.class_id[found.missed], np.full(len(found.false), nothing)]
     )
     candidate_labels = np.concatenate(
         [candidate.class_id[found.candidate], np.full(len(found.missed), nothing), candidate.class_id[found.false]]

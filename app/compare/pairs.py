@@ -11,8 +11,6 @@ from app.evidence.run_columns import FloatColumn
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["Pair", "PairFinder"]
-
 Sides = tuple[float, float, float, float]
 
 

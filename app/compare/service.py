@@ -20,8 +20,6 @@ from tsr_engine.labels.classes import resolved_labels
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["CompareService", "Comparison", "Side"]
-
 MATCH_IOU = 0.5
 """Minimum IoU of a match."""
 _NO_LIMIT = 2**62
@@ -80,11 +78,7 @@ class CompareService:
         self._ground_truths = ground_truths
 
     def compare(self, reference: str, candidate: str) -> Comparison:
-        """Measure ``candidate`` against ``reference``.
-
-        Args:
-            reference: ``run:ID``, ``annotation:RUN`` or ``truth:ID``.
-            candidate: the same.
+        """Measure ``candidate`` against ``reference``, each of them ``run:ID``, ``annotation:RUN`` or ``truth:ID``.
 
         Raises:
             NotFound: one of them does not exist.

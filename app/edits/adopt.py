@@ -20,8 +20,6 @@ from app.edits.documents import OPEN_END, Segment, TrackDoc, engine_doc
 from app.edits.effective import AS_ENGINE, EffectiveTrack, effective_track
 from tsr_engine.geometry.boxes import iou_each
 
-__all__ = ["Adoption", "EngineRun", "adopt_documents"]
-
 MIN_MATCH_IOU = 0.5
 MIN_AGREEMENT_IOU = 0.7
 MIN_CORRECTED_IOU = 0.8
@@ -94,139 +92,112 @@ def adopt_documents(
         present: documents of the new run; those with edits are not changed.
         frames: number of frames of the video.
     """
-    result = Adoption()
-    matches = {t: _matching_track(old.of(t), new) for t in {s.track for doc in docs.values() for s in doc.segments}}
-    edited_keys = {key for key, doc in present.items() if not doc.untouched(new.span_of(key))}
+    adopter = _Adopter(docs, old, new, present, frames)
     for key, doc in sorted(docs.items()):
         if doc.merged_into is not None:
             continue  # handled with the track that it was merged into
         if doc.gone:
-            _adopt_deleted(result, edited_keys, key, doc, matches, new, present)
+            adopter.adopt_deleted(key, doc)
         else:
-            _adopt_existing(result, edited_keys, key, doc, matches, old, new, present, frames)
-    return result
+            adopter.adopt_existing(key, doc)
+    return adopter.result
 
 
-def _adopt_deleted(
-    result: Adoption,
-    edited_keys: set[str],
-    key: str,
-    doc: TrackDoc,
-    matches: Mapping[int, int | None],
-    new: EngineRun,
-    present: Mapping[str, TrackDoc],
-) -> None:
-    own_track = int(key[1:]) if key.startswith("m") else None
-    match = matches.get(own_track) if own_track is not None else None
-    if match is None:
-        result.not_needed.append(key)
-        return
-    name = f"m{match}"
-    if name in present and present[name].gone:
-        result.not_needed.append(key)
-        return
-    if name in edited_keys:
-        result.conflicts.append(
-            (key, f"It was deleted, but its track {name} in this run carries edits.", new.span(match)[0])
-        )
-        return
-    edited_keys.add(name)
-    gone = TrackDoc(key=name, segments=(_full_segment(match, new),), gone=True)
-    result.changed[key] = {name: gone}
-    result.kept.append(name)
+class _Adopter:
+    """Carries edits over, track by track; for the arguments see :func:`adopt_documents`."""
 
+    def __init__(
+        self,
+        docs: Mapping[str, TrackDoc],
+        old: EngineRun,
+        new: EngineRun,
+        present: Mapping[str, TrackDoc],
+        frames: int,
+    ) -> None:
+        self.result = Adoption()
+        self._old, self._new, self._present, self._frames = old, new, present, frames
+        tracks = {s.track for doc in docs.values() for s in doc.segments}
+        self._matches = {track: _matching_track(old.of(track), new) for track in tracks}
+        self._edited = {key for key, doc in present.items() if not doc.untouched(new.span_of(key))}
 
-def _adopt_existing(
-    result: Adoption,
-    edited_keys: set[str],
-    key: str,
-    doc: TrackDoc,
-    matches: Mapping[int, int | None],
-    old: EngineRun,
-    new: EngineRun,
-    present: Mapping[str, TrackDoc],
-    frames: int,
-) -> None:
-    last = doc.last_named_frame()
-    if last is not None and last >= frames:  # stored by a version without this check
-        reason = f"It is about frame {last}, and the video ends at {frames - 1}. Draw it, or leave it out."
-        result.conflicts.append((key, reason, frames - 1))
-        return
-    wanted = effective_track(doc, old.of, frames)
-    start = int(wanted.frame[0]) if len(wanted.frame) else 0
-    label = _label(doc, old)
-    has_values = any(key.attributes for key in doc.keys.values()) or doc.attributes or doc.ignore
-    is_plain = not doc.notes and not doc.not_a_sign and not has_values and not wanted.occluded.any()
-    for candidate in {t for t in matches.values() if t is not None} if doc.segments else new.ids():
-        if is_plain and doc.review in ("open", "accepted") and _shows_same(new, candidate, wanted, label):
-            if doc.review == "accepted":
-                _adopt_verdict(result, edited_keys, key, candidate, new, present, start)
-            else:
-                result.not_needed.append(key)
-            return
-    segments: list[Segment] = []
-    for segment in doc.segments:
-        match = matches[segment.track]
-        if match is None:
-            result.conflicts.append(
-                (key, "The engine no longer finds this track. Draw it, or leave it out.", segment.first)
-            )
-            return
-        moved = _move_segment(segment, old, new, match)
-        if moved is not None:
-            segments.append(moved)
-    if not segments and not any(k.box is not None for k in doc.keys.values()):
-        result.conflicts.append((key, "Nothing of this part of the track is left in this run.", start))
-        return
-    name = f"m{matches[int(key[1:])]}" if key.startswith("m") and matches.get(int(key[1:])) is not None else key
-    if name.startswith("m") and not segments:
-        name = key
-    others = {f"m{s.track}" for s in segments} - {name} if key.startswith("m") else set()
-    conflict = next((n for n in (name, *sorted(others)) if n in edited_keys), None)
-    if conflict is not None:
-        result.conflicts.append((key, _conflict_reason(conflict), start))
-        return
-    ordered = sorted(segments, key=lambda s: (s.first, s.track))
-    if any(a.last >= b.first for a, b in pairwise(ordered)):
-        result.conflicts.append((key, "Its pieces lie in the same frames in this run. Merge them by hand.", start))
-        return
-    moved_doc = doc.model_copy(update={"key": name, "revision": 0, "segments": tuple(ordered)})
-    shown = effective_track(moved_doc, new.of, frames)
-    if not (_agreement(wanted, shown) >= 0.9 and label == _label(moved_doc, new)):
-        moved_doc = moved_doc.model_copy(update={"review": "open" if doc.review == "accepted" else doc.review})
-        if doc.review == "rejected":
+    def adopt_deleted(self, key: str, doc: TrackDoc) -> None:
+        """Delete the track that matches a deleted one, unless it has edits."""
+        match = self._matches.get(int(key[1:])) if key.startswith("m") else None
+        name = f"m{match}"
+        if match is None or (name in self._present and self._present[name].gone):
+            self.result.not_needed.append(key)
+        elif name in self._edited:
+            reason = f"It was deleted, but its track {name} in this run carries edits."
+            self._conflict(key, reason, self._new.span(match)[0])
+        else:
+            self._keep(key, name, {name: TrackDoc(key=name, segments=(_full_segment(match, self._new),), gone=True)})
+
+    def adopt_existing(self, key: str, doc: TrackDoc) -> None:
+        """Carry the document of a track over that is not deleted."""
+        last = doc.last_named_frame()
+        if last is not None and last >= self._frames:  # stored by a version without this check
+            reason = f"It is about frame {last}, and the video ends at {self._frames - 1}. Draw it, or leave it out."
+            return self._conflict(key, reason, self._frames - 1)
+        wanted = effective_track(doc, self._old.of, self._frames)
+        start = int(wanted.frame[0]) if len(wanted.frame) else 0
+        label = _label(doc, self._old)
+        has_values = any(key.attributes for key in doc.keys.values()) or doc.attributes or doc.ignore
+        is_plain = not doc.notes and not doc.not_a_sign and not has_values and not wanted.occluded.any()
+        candidates = {t for t in self._matches.values() if t is not None} if doc.segments else self._new.ids()
+        for candidate in candidates:
+            if is_plain and doc.review in ("open", "accepted") and _shows_same(self._new, candidate, wanted, label):
+                if doc.review == "accepted":
+                    return self._adopt_verdict(key, candidate, start)
+                return self.result.not_needed.append(key)
+        segments: list[Segment] = []
+        for segment in doc.segments:
+            match = self._matches[segment.track]
+            if match is None:
+                reason = "The engine no longer finds this track. Draw it, or leave it out."
+                return self._conflict(key, reason, segment.first)
+            moved = _move_segment(segment, self._old, self._new, match)
+            if moved is not None:
+                segments.append(moved)
+        if not segments and not any(k.box is not None for k in doc.keys.values()):
+            return self._conflict(key, "Nothing of this part of the track is left in this run.", start)
+        own_match = self._matches.get(int(key[1:])) if key.startswith("m") and segments else None
+        name = key if own_match is None else f"m{own_match}"
+        others = sorted({f"m{s.track}" for s in segments} - {name}) if key.startswith("m") else []
+        conflict = next((n for n in (name, *others) if n in self._edited), None)
+        if conflict is not None:
+            return self._conflict(key, _conflict_reason(conflict), start)
+        ordered = sorted(segments, key=lambda s: (s.first, s.track))
+        if any(a.last >= b.first for a, b in pairwise(ordered)):
+            return self._conflict(key, "Its pieces lie in the same frames in this run. Merge them by hand.", start)
+        moved_doc = doc.model_copy(update={"key": name, "revision": 0, "segments": tuple(ordered)})
+        shown = effective_track(moved_doc, self._new.of, self._frames)
+        is_judged = doc.review in ("accepted", "rejected")
+        if is_judged and not (_agreement(wanted, shown) >= 0.9 and label == _label(moved_doc, self._new)):
             moved_doc = moved_doc.model_copy(update={"review": "open"})
-    documents = {name: moved_doc}
-    for other in sorted(others):
-        track = int(other[1:])
-        documents[other] = TrackDoc(key=other, segments=(_full_segment(track, new),), gone=True, merged_into=name)
-    edited_keys.update(documents)
-    result.changed[key] = documents
-    result.kept.append(name)
+        documents = {name: moved_doc}
+        for other in others:
+            segment = _full_segment(int(other[1:]), self._new)
+            documents[other] = TrackDoc(key=other, segments=(segment,), gone=True, merged_into=name)
+        return self._keep(key, name, documents)
 
-
-def _adopt_verdict(
-    result: Adoption,
-    edited_keys: set[str],
-    key: str,
-    track: int,
-    new: EngineRun,
-    present: Mapping[str, TrackDoc],
-    start: int,
-) -> None:
-    """The new run shows an accepted track by itself: accept its track unless that has edits."""
-    name = f"m{track}"
-    if name in edited_keys:
-        judged = present.get(name)
-        if judged is not None and judged.review == "accepted":
-            result.not_needed.append(key)
+    def _adopt_verdict(self, key: str, track: int, start: int) -> None:
+        """The new run shows an accepted track by itself: accept its track unless that has edits."""
+        name = f"m{track}"
+        if name not in self._edited:
+            accepted = engine_doc(track, *self._new.span(track)).model_copy(update={"review": "accepted"})
+            self._keep(key, name, {name: accepted})
+        elif name in self._present and self._present[name].review == "accepted":
+            self.result.not_needed.append(key)
         else:
-            result.conflicts.append((key, _conflict_reason(name), start))
-        return
-    edited_keys.add(name)
-    accepted = engine_doc(track, *new.span(track)).model_copy(update={"review": "accepted"})
-    result.changed[key] = {name: accepted}
-    result.kept.append(name)
+            self._conflict(key, _conflict_reason(name), start)
+
+    def _keep(self, key: str, name: str, documents: dict[str, TrackDoc]) -> None:
+        self._edited.update(documents)
+        self.result.changed[key] = documents
+        self.result.kept.append(name)
+
+    def _conflict(self, key: str, reason: str, frame: int) -> None:
+        self.result.conflicts.append((key, reason, frame))
 
 
 def _conflict_reason(name: str) -> str:

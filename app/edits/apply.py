@@ -7,12 +7,10 @@ from functools import singledispatch
 from itertools import pairwise
 
 from app.edits import commands as c
-from app.edits.documents import OPEN_END, KeyFrame, Note, TrackDoc
+from app.edits.documents import OPEN_END, Box, KeyFrame, Note, TrackDoc
 from app.edits.join import join
 from app.edits.relabel import relabelled, with_attribute
 from app.edits.split import clip, split
-
-__all__ = ["CommandError", "apply_command", "touched_keys", "with_class"]
 
 Docs = Mapping[str, TrackDoc]
 
@@ -131,9 +129,13 @@ def _relabel_track(command: c.RelabelTrack, doc: TrackDoc) -> TrackDoc:
 
 @_apply_to_track.register
 def _relabel_box(command: c.RelabelBox, doc: TrackDoc) -> TrackDoc:
+    return doc.with_key(command.frame, class_id=command.class_id, **_shown_box(command, doc))
+
+
+def _shown_box(command: c.RelabelBox | c.SetOccluded | c.SetOutside | c.SetAttribute, doc: TrackDoc) -> dict[str, Box]:
+    """The box of a command's key frame: the displayed one, or else that of a line; nothing: the engine's."""
     box = command.box if command.box is not None else doc.line_at(command.frame)
-    changes = {"class_id": command.class_id}
-    return doc.with_key(command.frame, **changes, **({} if box is None else {"box": box}))
+    return {} if box is None else {"box": box}
 
 
 @_apply_to_track.register
@@ -223,16 +225,14 @@ def _until(doc: TrackDoc, frame: int) -> int:
 
 @_apply_to_track.register
 def _set_occluded(command: c.SetOccluded, doc: TrackDoc) -> TrackDoc:
-    box = command.box if command.box is not None else doc.line_at(command.frame)
-    return doc.with_key(command.frame, occluded=command.value, **({} if box is None else {"box": box}))
+    return doc.with_key(command.frame, occluded=command.value, **_shown_box(command, doc))
 
 
 @_apply_to_track.register
 def _set_outside(command: c.SetOutside, doc: TrackDoc) -> TrackDoc:
-    box = command.box if command.box is not None else doc.line_at(command.frame)
     if command.value and not doc.shows_from(command.frame):
         raise CommandError(f"{_shows_nothing(doc, command.frame)} It is outside already.")
-    after = doc.with_key(command.frame, outside=command.value, **({} if box is None else {"box": box}))
+    after = doc.with_key(command.frame, outside=command.value, **_shown_box(command, doc))
     if not command.value and not after.shows_from(command.frame):
         raise CommandError(f"{_shows_nothing(doc, command.frame)} Nothing could come back into view: draw a box.")
     return after
@@ -252,8 +252,7 @@ def _set_ignore(command: c.SetIgnore, doc: TrackDoc) -> TrackDoc:
 def _set_attribute(command: c.SetAttribute, doc: TrackDoc) -> TrackDoc:
     if not command.from_here:
         return with_attribute(doc, command.attribute, command.value, None)
-    box = command.box if command.box is not None else doc.line_at(command.frame)
-    doc = doc.with_key(command.frame, **({} if box is None else {"box": box}))
+    doc = doc.with_key(command.frame, **_shown_box(command, doc))
     return with_attribute(doc, command.attribute, command.value, command.frame)
 
 

@@ -24,8 +24,6 @@ from app.storage.lookup import newest_edit, require_run
 from app.storage.models import Edit, Run
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["BulkEdits", "TracksChanged"]
-
 
 @dataclass(frozen=True, slots=True)
 class TracksChanged:

@@ -14,21 +14,12 @@ from sqlalchemy.orm import Session
 
 from app.edits.apply import CommandError, apply_command
 from app.edits.commands import Command, CreateTrack, Follow, Interpolate, RelabelBox, RelabelTrack, SetAttribute
-from app.edits.documents import NO_CLASS, TrackDoc
+from app.edits.documents import TrackDoc
 from app.edits.history import last_operations
 from app.errors import Conflict, Invalid, PreconditionRequired
 from app.storage.models import Run, Video
 from tsr_engine.labels.model import LabelSet
-
-__all__ = [
-    "check_revisions",
-    "known_frames",
-    "require_attribute",
-    "require_documents_inside",
-    "require_inside",
-    "require_known_labels",
-    "resolve_label_key",
-]
+from tsr_engine.track_table import NO_CLASS
 
 
 def check_revisions(
@@ -85,10 +76,6 @@ def known_frames(session: Session, run: Run) -> int:
     After the import all frames are known. Before (the clip of a bundle comes with a complete run) only those that the
     import has decoded or the run has read.
 
-    Args:
-        session: reads.
-        run: stored.
-
     Raises:
         Conflict: none is known yet.
     """
@@ -106,10 +93,6 @@ def require_inside(command: Command, frames: int) -> None:
 
     Its ``spans`` may reach further, because the server does not read them: they are the page's copy of the engine's
     tracks.
-
-    Args:
-        command: see :mod:`app.edits.commands`.
-        frames: number of frames of the video.
 
     Raises:
         Invalid: the command names such a frame; the message gives the first one.
@@ -129,10 +112,6 @@ def require_documents_inside(documents: Iterable[TrackDoc], frames: int) -> None
 
     Segments may reach further: they only choose among the engine's boxes.
 
-    Args:
-        documents: documents to store.
-        frames: number of frames of the video.
-
     Raises:
         Invalid: a document does; the message names the track and its last frame.
     """
@@ -144,10 +123,6 @@ def require_documents_inside(documents: Iterable[TrackDoc], frames: int) -> None
 
 def resolve_label_key(command: Command, labels: LabelSet) -> Command:
     """Replace the label id of a command by the id of its ``label_key``, because the page may have used another set.
-
-    Args:
-        command: see :mod:`app.edits.commands`.
-        labels: label set of the video.
 
     Raises:
         Invalid: the set has no label with that key.
@@ -170,10 +145,6 @@ def resolve_label_key(command: Command, labels: LabelSet) -> Command:
 
 def require_known_labels(docs: Iterable[TrackDoc], labels: LabelSet) -> None:
     """Refuse documents with a label that the set never had; hidden and merged labels are allowed.
-
-    Args:
-        docs: documents to store.
-        labels: label set of the video.
 
     Raises:
         Invalid: a label is unknown; the message names the track and the label.

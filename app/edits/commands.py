@@ -10,8 +10,6 @@ from pydantic import Field, StrictBool, field_validator
 from app.body_model import PLAIN, Model
 from app.edits.documents import AttributeName, AttributeValue, Box, ClassId, Frame, Key, Review, Segment
 
-__all__ = ["MAX_FOLLOWED_BOXES", "Command", "Redo", "Undo"]
-
 MAX_FOLLOWED_BOXES = 20_000
 """Most boxes of one ``follow`` command."""
 
@@ -242,29 +240,9 @@ class Redo(Model):
 
 
 Command = Annotated[
-    CreateTrack
-    | SetBox
-    | RelabelTrack
-    | RelabelBox
-    | Merge
-    | Split
-    | DeleteFrom
-    | DeleteTrack
-    | RestoreTrack
-    | AddKey
-    | RemoveKey
-    | Interpolate
-    | Follow
-    | SetOccluded
-    | SetOutside
-    | SetNotASign
-    | SetIgnore
-    | SetAttribute
-    | SetReview
-    | ReviewTracks
-    | AddNote
-    | EditNote
-    | RemoveNote,
+    CreateTrack | SetBox | RelabelTrack | RelabelBox | Merge | Split | DeleteFrom | DeleteTrack | RestoreTrack
+    | AddKey | RemoveKey | Interpolate | Follow | SetOccluded | SetOutside | SetNotASign | SetIgnore | SetAttribute
+    | SetReview | ReviewTracks | AddNote | EditNote | RemoveNote,
     Field(discriminator="name"),
-]
+]  # fmt: skip
 """One command; ``name`` is its kind."""

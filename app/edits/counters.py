@@ -14,16 +14,13 @@ from sqlalchemy import bindparam, delete, func, insert, select
 from sqlalchemy.orm import Session
 
 from app.edits.history import undone_operations
+from app.storage.lookup import in_parts
 from app.storage.models import Edit, ReviewCount, Verdict, WorkDay
 from tsr_engine.json_shapes import JsonMapping
-
-__all__ = ["Change", "add_to_totals", "count_reviewed", "day_of"]
 
 _MAX_PAUSE: Final = timedelta(minutes=5)
 """Longest pause between two operations that counts as work; of a longer pause only this much counts."""
 _VERDICTS: Final = ("accepted", "rejected")
-_MAX_KEYS: Final = 500
-"""Tracks of one statement: databases limit its values."""
 _REVERTING_KINDS: Final = ("undo", "redo")
 _REVIEWING_KINDS: Final = ("set_review", "review_tracks")
 _MANY_TRACKS_KIND: Final = "edit_tracks"
@@ -147,8 +144,7 @@ def _current_verdicts(session: Session, run_id: str, author: str, keys: Sequence
 
 def _replace(session: Session, edit: Edit, keys: Sequence[str], found: Mapping[str, tuple[str, int]]) -> None:
     owner = {"run_id": edit.run_id, "author": edit.author}
-    for start in range(0, len(keys), _MAX_KEYS):
-        part = keys[start : start + _MAX_KEYS]
+    for part in in_parts(keys):
         old = Verdict.run_id == edit.run_id, Verdict.author == edit.author, Verdict.key.in_(part)
         session.execute(delete(Verdict).where(*old))
     rows = [owner | {"key": key, "verdict": verdict, "day": day} for key, (verdict, day) in found.items()]

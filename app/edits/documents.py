@@ -17,40 +17,14 @@ versions, which lack them, stay unchanged.
 
 from __future__ import annotations
 
-import math
 from itertools import zip_longest
 from typing import Annotated, Literal
 
-from pydantic import (
-    AfterValidator,
-    Field,
-    StrictBool,
-    ValidationError,
-    ValidatorFunctionWrapHandler,
-    WrapValidator,
-)
+from pydantic import AfterValidator, Field, StrictBool, ValidationError, ValidatorFunctionWrapHandler, WrapValidator
 
 from app.body_model import PLAIN, Model
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.track_table import NO_CLASS
-
-__all__ = [
-    "NO_CLASS",
-    "OPEN_END",
-    "AttributeName",
-    "AttributeValue",
-    "Attributes",
-    "Box",
-    "ClassId",
-    "Frame",
-    "Key",
-    "KeyFrame",
-    "Note",
-    "Review",
-    "Segment",
-    "TrackDoc",
-    "engine_doc",
-]
 
 OPEN_END = 2**31 - 2
 """Last frame of a segment that may still grow, because its run is not complete."""
@@ -63,8 +37,6 @@ def _check_box(box: tuple[float, float, float, float]) -> tuple[float, float, fl
         raise ValueError("a box is x1, y1, x2, y2 with x1 < x2 and y1 < y2")
     if max(abs(value) for value in box) > _MAX_COORDINATE:
         raise ValueError(f"the edges of a box lie within {_MAX_COORDINATE:.0f} px")
-    if not all(math.isfinite(value) for value in box):
-        raise ValueError("the edges of a box are finite numbers")
     return box
 
 
@@ -239,11 +211,18 @@ class TrackDoc(Model):
         """Return the last frame with a key frame or note; None: there is none."""
         return max((*map(int, self.keys), *(note.frame for note in self.notes)), default=None)
 
+    def is_no_sign(self) -> bool:
+        """Whether a person has deleted the track, or says that it is no sign."""
+        return self.gone or self.not_a_sign or self.review == "rejected"
+
+    def engine_tracks(self) -> list[int]:
+        """Return the engine's tracks in the document: the one with the same key, then those of the segments."""
+        own = [int(self.key[1:])] if self.key.startswith("m") else []
+        return [*own, *(segment.track for segment in self.segments)]
+
     def original_track(self) -> int | None:
         """Return the engine's track whose label applies if people give none; None: there is none."""
-        if self.key.startswith("m"):
-            return int(self.key[1:])
-        return self.segments[0].track if self.segments else None
+        return next(iter(self.engine_tracks()), None)
 
     def untouched(self, span: tuple[int, int] | None) -> bool:
         """Whether the document holds no corrections, or all of them were undone.

@@ -13,8 +13,6 @@ from app.storage.lookup import require_run
 from app.storage.models import Edit, Run
 from app.storage.servers import is_local
 
-__all__ = ["Earlier", "earlier_corrections"]
-
 
 class Earlier(Model):
     """The corrections of an earlier run.
@@ -34,11 +32,6 @@ def earlier_corrections(session: Session, evidence: EvidenceService, run_id: str
     """Find the newest earlier run of the same video with corrections; None: there is none, or all were carried over.
 
     A what-if is only a view of its run, and an unfinished run cannot take corrections over: both get None.
-
-    Args:
-        session: reads.
-        evidence: reads the engine's tracks.
-        run_id: the current run.
 
     Raises:
         NotFound: no such run.

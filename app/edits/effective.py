@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from app.edits.documents import TrackDoc
 
-__all__ = ["AS_ENGINE", "Effective", "EffectiveTrack", "box_at", "effective_track"]
-
 AS_ENGINE = -2
 """Value in a column of labels: the engine's label applies. -1 is a sign of none of the classes."""
 

@@ -12,8 +12,6 @@ from app.body_model import Model
 from app.edits.documents import TrackDoc
 from app.storage.models import Edit
 
-__all__ = ["Last", "adopted_keys", "last_operations", "undone_operations"]
-
 _NO_END: Final = 2**62
 _PAGE: Final = 32
 """Rows of the log that are read first."""

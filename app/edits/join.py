@@ -8,8 +8,6 @@ from itertools import takewhile
 from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["join"]
-
 Span = tuple[int, int]
 """First and last frame, both included."""
 
@@ -23,7 +21,8 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
     precedence.
     """
     doc, other = _with_line_ends(doc), _with_line_ends(other)
-    keys = {int(k): key for k, key in doc.keys.items()}
+    own_keys, other_keys = ({int(k): key for k, key in each.keys.items()} for each in (doc, other))
+    keys = dict(own_keys)
     pieces = list(doc.segments)
     for first, last in _subtract(_spans(other), _spans(doc)):
         pieces += [
@@ -34,18 +33,17 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
         carried = _state(keys, first - 1)
         if _end_line({k: key for k, key in keys.items() if k < first}, keys):
             carried["interpolate"] = False
-        after = _state({int(k): key for k, key in doc.keys.items()}, last + 1)
-        other_keys = {int(k): key for k, key in other.keys.items() if first <= int(k) <= last}
-        if first not in other_keys:
-            line = other.line_at(first)
-            start = _state({int(k): key for k, key in other.keys.items()}, first)
+        after = _state(own_keys, last + 1)
+        added = {k: key for k, key in other_keys.items() if first <= k <= last}
+        if first not in added:
+            line, start = other.line_at(first), _state(other_keys, first)
             if line is not None or start != carried:
-                other_keys[first] = KeyFrame(box=line, **start)
+                added[first] = KeyFrame(box=line, **start)
         edge = other.line_at(last)
-        if edge is not None and last not in other_keys:  # a cut line must end at the box that it had there
-            other_keys[last] = KeyFrame(box=edge, **_state({int(k): key for k, key in other.keys.items()}, last))
-        _end_line(dict(other_keys), other_keys)
-        keys = {k: key for k, key in keys.items() if not first <= k <= last} | other_keys
+        if edge is not None and last not in added:  # a cut line must end at the box that it had there
+            added[last] = KeyFrame(box=edge, **_state(other_keys, last))
+        _end_line(dict(added), added)
+        keys = {k: key for k, key in keys.items() if not first <= k <= last} | added
         if last + 1 not in keys and last < OPEN_END and _state(keys, last + 1) != {**after, "interpolate": False}:
             keys[last + 1] = KeyFrame(**{**after, "interpolate": False})
     return doc.model_copy(

@@ -21,23 +21,12 @@ from app.events import EventBus
 from app.evidence.service import EvidenceService
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.lookup import require_run
+from app.storage.lookup import in_parts, require_run
 from app.storage.models import Edit, Run, TrackDocument, Video
 from app.videos.file_changes import ChangedFiles
 
-__all__ = [
-    "LogStore",
-    "documents_of",
-    "lock_for_edit",
-    "lock_for_many",
-    "lock_run",
-    "lock_tracks",
-]
-
 _MAX_SINGLE_LOADS = 50
 """Up to this many documents are loaded one by one; most are in the session already."""
-_MAX_KEYS = 500
-"""Maximum number of keys in one query."""
 _MAX_REPORTED = 500
 """Maximum number of documents of one operation in the stream of events."""
 # built once: building the query takes longer than running it
@@ -64,14 +53,6 @@ class LogStore:
     def __init__(
         self, database: Database, events: EventBus, evidence: EvidenceService, settings: Settings | None = None
     ) -> None:
-        """Store the collaborators.
-
-        Args:
-            database: holds log and documents.
-            events: notifies pages.
-            evidence: reads the engine's tracks.
-            settings: with the folders of the videos.
-        """
         self.database = database
         self.evidence = evidence
         self._events = events
@@ -301,8 +282,8 @@ def _number(name: str) -> int:
 def _stored_rows(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, TrackDocument]:
     """Load the rows of many documents in few queries."""
     found = {}
-    for start in range(0, len(keys), _MAX_KEYS):
-        rows = session.scalars(_DOCUMENTS_BY_KEYS, {"run": run_id, "keys": keys[start : start + _MAX_KEYS]})
+    for part in in_parts(keys):
+        rows = session.scalars(_DOCUMENTS_BY_KEYS, {"run": run_id, "keys": part})
         found.update({row.key: row for row in rows})
     return found
 

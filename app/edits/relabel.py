@@ -9,8 +9,6 @@ from collections.abc import Callable
 
 from app.edits.documents import Attributes, AttributeValue, KeyFrame, TrackDoc
 
-__all__ = ["relabelled", "with_attribute"]
-
 
 def relabelled(doc: TrackDoc, class_id: int | None) -> TrackDoc:
     """Set the label of a whole track; labels of single frames are removed, and so are key frames with nothing else.

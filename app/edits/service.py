@@ -28,8 +28,6 @@ from app.labels.store import labels_of_run
 from app.storage.lookup import newest_edit, require_run
 from app.storage.models import Edit, Run
 
-__all__ = ["EditService"]
-
 
 class EditService:
     """Edits of one person on one or a few tracks, and what can be undone."""

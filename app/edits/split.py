@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from app.edits.documents import KeyFrame, Segment, TrackDoc
 
-__all__ = ["clip", "split"]
-
 
 def split(doc: TrackDoc, frame: int, new_key: str, class_id: int | None) -> tuple[TrackDoc, TrackDoc]:
     """Split a track in two: up to a frame, and from there on; either may be empty.

@@ -14,8 +14,6 @@ from app.storage.lookup import require_run
 from app.storage.models import Edit
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["Difference", "Happened", "TrackHistory", "differences", "track_history"]
-
 _PAGE_SIZE = 50
 _ROWS_PER_QUERY = 200
 """Rows of the log that are read at once; a row can hold many tracks."""

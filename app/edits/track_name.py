@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from app.edits.documents import TrackDoc
 
-__all__ = ["track_name"]
-
 
 def track_name(key: str, doc: TrackDoc | None) -> str:
     """Name an engine track by its number, and other tracks by their origin: ``#7``, ``#7 from 120``, ``drawn at 88``.

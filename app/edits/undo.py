@@ -15,8 +15,6 @@ from app.edits.log_store import LogStore, lock_tracks
 from app.errors import Conflict
 from app.storage.models import Edit, Run
 
-__all__ = ["Target", "UndoRedo", "targets"]
-
 _FIRST_PAGE = 8
 _MAX_SKIPPED = 100
 """Maximum number of operations to skip because others have changed their tracks since."""

@@ -9,8 +9,6 @@ from app.edits.undo import Target
 from app.storage.models import Edit
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["AdoptConflict", "Adopted", "Annotation", "EditAnswer", "LogEntry", "adopted", "log_entry"]
-
 
 class Annotation(Model):
     """All corrections of a run."""

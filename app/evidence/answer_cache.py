@@ -6,8 +6,6 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable
 
-__all__ = ["AnswerCache"]
-
 CACHE_BYTES = 48 * 2**20
 """Maximum memory of all answers, bytes."""
 

@@ -8,8 +8,6 @@ from app.evidence.run_columns import IntColumn
 from tsr_engine.evidence.columns import BOX, Columns
 from tsr_engine.track_table import SOURCES
 
-__all__ = ["VIEWS", "clearest_frames"]
-
 VIEWS = ("track_id", "frame", *BOX, "source", "score", "tracks.best_score", "frames.width", "frames.height")
 """Columns of ``track_frames`` that show how clear a view of the sign is."""
 

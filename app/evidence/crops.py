@@ -15,8 +15,6 @@ from tsr_engine.evidence.regions import FramePixels, StoredPixels
 from tsr_engine.recognition.crops import crop_bounds
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["MARGIN", "CropOf", "box_in_frame", "crop_of", "encode", "pixels_in_frame"]
-
 MARGIN = 0.1
 """Border around a result, as a share of its side; the default of classifier and gate."""
 

@@ -22,8 +22,6 @@ from tsr_engine.evaluation.matching import box_pairs
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["MIN_IOU", "DisagreementFinder", "compare_with_run", "other_run", "overruled"]
-
 MIN_IOU = 0.3
 """Minimum IoU of two boxes in one frame that show the same sign."""
 MISSING_WEIGHT = 0.5
@@ -60,14 +58,7 @@ class DisagreementFinder:
     def disagreement(
         self, run_id: str, video_id: str, properties: TrackProperties, labels: LabelSet
     ) -> Disagreement | None:
-        """Compare with the newest other run of the video; None: there is none, or it cannot be read.
-
-        Args:
-            run_id: the run.
-            video_id: its video.
-            properties: its tracks, labelled.
-            labels: label set of the video.
-        """
+        """Compare with the newest other run of the video; None: there is none, or it cannot be read."""
         with self._database.read() as session:
             other = other_run(session, run_id, video_id)
         return None if other is None else self._compare_with(run_id, other, properties, labels)

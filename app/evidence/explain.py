@@ -13,8 +13,6 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import FloatArray
 
-__all__ = ["Explanation", "explain"]
-
 Line = tuple[float, float, float, float]
 
 
@@ -105,9 +103,4 @@ def _axis(angle: float, offset: float, width: int, height: int) -> Line | None:
         low, high = max(low, a), min(high, b)
     if low >= high:
         return None
-    return (
-        round(x0 - ny * low, 2),
-        round(y0 + nx * low, 2),
-        round(x0 - ny * high, 2),
-        round(y0 + nx * high, 2),
-    )
+    return (round(x0 - ny * low, 2), round(y0 + nx * low, 2), round(x0 - ny * high, 2), round(y0 + nx * high, 2))

@@ -27,8 +27,6 @@ from tsr_engine.io.video_limits import MAX_PIXELS, VideoLimits
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.protocols import PixelSource
 
-__all__ = ["ExplainRequest", "Explainer", "explain_request"]
-
 IDLE_TIMEOUT_S = 60.0
 """Idle seconds after which the process ends."""
 ANSWER_TIMEOUT_S = 60.0
@@ -163,7 +161,7 @@ def main() -> None:
 
 
 def explain_request(request: ExplainRequest) -> Explanation | None:
-    """Compute a verdict again in this process; see :meth:`Explainer.ask`."""
+    """Compute a verdict again in this process; see :meth:`Explainer.explain`."""
     with EvidenceReader(Path(request.folder)) as reader, EvidenceReader(Path(request.pixels)) as source:
 
         def pixels(frame: int) -> PixelSource:

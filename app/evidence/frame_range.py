@@ -5,21 +5,11 @@ from __future__ import annotations
 from app.errors import Conflict, Invalid
 from app.evidence.service import EvidenceService
 
-__all__ = ["check_frames"]
-
 
 def check_frames(
     evidence: EvidenceService, run_id: str, first: int, stop: int, output_kind: str, max_frames: int
 ) -> None:
     """Refuse a range of frames that the run has not stored.
-
-    Args:
-        evidence: reads the run.
-        run_id: the run.
-        first: first frame.
-        stop: frame after the last.
-        output_kind: kind of output, for the message.
-        max_frames: maximum number of frames.
 
     Raises:
         NotFound: no such run.

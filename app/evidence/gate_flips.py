@@ -13,8 +13,6 @@ from app.evidence.run_columns import tau_of
 from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 
-__all__ = ["FlippedTrack", "Flips", "flips"]
-
 
 class FlippedTrack(Model):
     """One track with verdicts that change."""

@@ -15,8 +15,6 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.records import FloatArray
 
-__all__ = ["MAX_CLASSES", "TrackEvent", "TrackLane", "track_lane"]
-
 MAX_CLASSES = 6
 """Maximum number of classes whose votes are reported."""
 

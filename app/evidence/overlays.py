@@ -14,8 +14,6 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.records import FloatArray
 
-__all__ = ["MAX_FRAMES", "Box", "Overlay", "overlays"]
-
 MAX_FRAMES = 256
 """Maximum number of frames in a request."""
 MAX_NUMBER = 1e9
@@ -94,14 +92,7 @@ _TRACKS = (
 
 
 def overlays(reader: EvidenceReader, first: int, last: int, classes: RunClasses) -> list[Overlay]:
-    """Read the overlays of ``first <= frame <= last``, one per frame of the run.
-
-    Args:
-        reader: evidence of the run.
-        first: first frame.
-        last: last frame.
-        classes: maps the run's class numbers to labels.
-    """
+    """Read the overlays of ``first <= frame <= last``, one per frame of the run."""
     span = (first, last + 1)
     frames = read_columns(reader, "frames", "frame", frames=span).ints("frame").tolist()
     tracks: dict[int, list[OverlayTrack]] = {k: [] for k in frames}
@@ -203,10 +194,8 @@ def _relocalisations(rows: Columns) -> list[OverlayRelocalisation | None]:
     ]
 
 
-def json_number(value: float | None, default: float = 0.0) -> float:
-    """Convert a value to one that JSON can hold, rounded to 4 decimals."""
-    if value is None:
-        return default
+def json_number(value: float, default: float = 0.0) -> float:
+    """Convert a value to one that JSON can hold, rounded to 4 decimals; NaN to the default."""
     return round(value, 4) if math.isfinite(value) else math.copysign(MAX_NUMBER, value) if value == value else default
 
 

@@ -21,8 +21,6 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.geometry.boxes import area, clip
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["RunPixels"]
-
 Box = tuple[float, float, float, float]
 
 

@@ -11,8 +11,6 @@ from pathlib import Path
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.evidence.schema import DATABASE
 
-__all__ = ["ReaderPool"]
-
 _Identity = tuple[int, int]
 
 

@@ -13,8 +13,6 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["FloatColumn", "IntColumn", "confirmed_boxes", "labelled_boxes", "symmetry_floor_of", "tau_of"]
-
 IntColumn = NDArray[np.int64]
 FloatColumn = NDArray[np.float64]
 

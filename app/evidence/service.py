@@ -34,8 +34,6 @@ from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["EvidenceService"]
-
 Box = tuple[float, float, float, float]
 _T = TypeVar("_T")
 

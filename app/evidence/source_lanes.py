@@ -8,8 +8,6 @@ from app.body_model import Model
 from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 
-__all__ = ["LaneColumns", "lane_columns"]
-
 
 class LaneColumns(Model):
     """The sources of each track over time: one entry per run of equal source, by track, then by frame."""

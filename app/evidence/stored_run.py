@@ -12,8 +12,6 @@ from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 
-__all__ = ["StoredRun"]
-
 
 @dataclass(frozen=True, slots=True)
 class StoredRun:

@@ -16,16 +16,6 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.track_table import SOURCES
 
-__all__ = [
-    "ClassNames",
-    "TrackColumns",
-    "TrackProperties",
-    "label_tracks",
-    "no_tracks",
-    "read_track_properties",
-    "track_columns",
-]
-
 
 class TrackColumns(Model):
     """The confirmed tracks of a run: one column per property, one entry per track."""
@@ -114,7 +104,7 @@ def read_track_properties(reader: EvidenceReader) -> TrackProperties:
     rows = read_columns(reader, "tracks", *_SUMMARY, confirmed=True)
     ids, first, last = rows.ints("track_id"), rows.ints("first_frame"), rows.ints("last_frame")
     shown = read_columns(reader, "track_frames", *VIEWS, alive=True, confirmed=True, order="any")
-    gates = _gates(reader, ids, last)
+    judged, rejected = _gates(reader, ids, last)
     runner_up, runner_up_share = read_runners_up(reader)
     return TrackProperties(
         id=ids,
@@ -131,9 +121,9 @@ def read_track_properties(reader: EvidenceReader) -> TrackProperties:
         share=rows.floats("share"),
         runner_up=runner_up,
         runner_up_share=runner_up_share,
-        rejected=gates.rejected,
+        rejected=rejected,
         relocalised=_relocalised(shown, ids),
-        judged=gates.judged,
+        judged=judged,
         tau=tau_of(reader),
         windows=measures_windows(reader),
         by_engine="imported" not in reader.header.frame_table,
@@ -214,12 +204,7 @@ def track_columns(
         disagreement,
     )
     return TrackColumns(
-        id=properties.id.tolist(),
-        first=properties.first.tolist(),
-        last=properties.last.tolist(),
-        frames=properties.frames.tolist(),
-        detected=properties.detected.tolist(),
-        clearest=properties.clearest.tolist(),
+        **{name: getattr(properties, name).tolist() for name in _PLAIN},
         first_box=_edges(properties.first_box),
         last_box=_edges(properties.last_box),
         class_id=[None if word is None else c for c, word in zip(properties.class_id.tolist(), names.own, strict=True)],
@@ -232,8 +217,6 @@ def track_columns(
         runner_up_share=_optional(properties.runner_up_share),
         score=np.round(np.nan_to_num(properties.score, neginf=0.0), 3).tolist(),
         side=np.round(np.nan_to_num(properties.side), 1).tolist(),
-        rejected=properties.rejected.tolist(),
-        relocalised=properties.relocalised.tolist(),
         uncertainty=_optional(result.uncertainty),
         doubt=_optional(result.uncertainty),  # former name
         rank=np.where(overruled, 1.0, result.rank).tolist(),
@@ -241,6 +224,10 @@ def track_columns(
         tau=properties.tau,
         complete=complete,
     )
+
+
+_PLAIN = ("id", "first", "last", "frames", "detected", "clearest", "rejected", "relocalised")
+"""Properties that are columns as they are."""
 
 
 def _edges(boxes: FloatColumn) -> list[tuple[float, float, float, float] | None]:
@@ -252,24 +239,13 @@ def _optional(values: FloatColumn) -> list[float | None]:
     return [None if v != v else v for v in np.round(values, 4).tolist()]
 
 
-@dataclass(frozen=True, slots=True)
-class _Gates:
-    """Verdicts of each track."""
-
-    judged: IntColumn
-    rejected: IntColumn
-
-
-def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn) -> _Gates:
-    """The verdicts on the lanes, without that of the frame after a track's last one."""
-    names = ("track_id", "frame", "confident")
-    rows = read_columns(reader, "gates", *names, confirmed=True, order="any")
+def _gates(reader: EvidenceReader, ids: IntColumn, last: IntColumn) -> tuple[IntColumn, IntColumn]:
+    """Verdicts of each track on the lanes, all and rejecting ones; without that of the frame after its last one."""
+    rows = read_columns(reader, "gates", "track_id", "frame", "confident", confirmed=True, order="any")
     index = np.searchsorted(ids, rows.ints("track_id"))
     alive = rows.ints("frame") <= last[index]
-    return _Gates(
-        judged=np.bincount(index[alive], minlength=len(ids)),
-        rejected=np.bincount(index[alive & (rows.ints("confident") == 0)], minlength=len(ids)),
-    )
+    rejected = alive & (rows.ints("confident") == 0)
+    return np.bincount(index[alive], minlength=len(ids)), np.bincount(index[rejected], minlength=len(ids))
 
 
 def _relocalised(rows: Columns, ids: IntColumn) -> IntColumn:

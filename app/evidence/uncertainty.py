@@ -15,8 +15,6 @@ import numpy as np
 from app.evidence.run_columns import FloatColumn, IntColumn
 from tsr_engine.plural import plural
 
-__all__ = ["WEIGHTS", "Disagreement", "Uncertainties", "UncertaintyInput", "terms", "uncertainties"]
-
 FEW_FRAMES, MANY_FRAMES = 3, 15
 """Lengths of a track, frames, at which its shortness counts in full and not at all."""
 WEIGHTS: Final[Mapping[str, float]] = {

@@ -10,7 +10,7 @@ import shutil
 import threading
 import time
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,8 +23,6 @@ from app.storage.identity import store_shared_id, stored_shared_id
 from tsr_engine.errors import StorageError
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.io.opened_file import Stamp, stamp_of
-
-__all__ = ["FETCH_TIMEOUT_S", "MIN_UNUSED_S", "LocalCopy", "SharedFiles", "ensure_local", "shared_files"]
 
 _MAX_FETCHES: Final = 4
 """Maximum number of parallel fetches of one process."""
@@ -69,10 +67,6 @@ class _Fetch:
 
 class SharedFiles:
     """The shared files as seen by one data folder; thread-safe, and safe beside other processes of the folder.
-
-    Args:
-        store: the shared files.
-        settings: with the data folder.
 
     Attributes:
         is_blocking: callers wait until an entry is local, as in a worker; False: a slow fetch raises ``Busy``, so that
@@ -155,18 +149,6 @@ class SharedFiles:
         if fetch.error is not None:
             raise fetch.error
         return path
-
-    def ensure_local(self, place: str | None, name: str) -> Path:
-        """Return the local path of the files of a row; fetch them first if they lie in the shared files.
-
-        Args:
-            place: place of the row.
-            name: relative to the data folder.
-
-        Raises:
-            SharedFilesError, Busy, StorageError: as for :meth:`fetch`.
-        """
-        return self.fetch(name) if place is not None and place == self.id else self._home / name
 
     def mark_used(self, name: str) -> None:
         """Note a use of an entry."""
@@ -306,7 +288,15 @@ def ensure_local(settings: Settings, place: str | None, name: str) -> Path:
         SharedFilesError, Busy, StorageError: as for :meth:`SharedFiles.fetch`.
     """
     files = shared_files(settings)
-    return settings.home / name if files is None else files.ensure_local(place, name)
+    is_shared = files is not None and place is not None and place == files.id
+    return files.fetch(name) if files is not None and is_shared else settings.home / name
+
+
+def remove_shared(settings: Settings, rows: Iterable[tuple[str | None, str]]) -> None:
+    """Remove what lies in the shared files of removed rows, each with its place and the name of its files."""
+    files = shared_files(settings)
+    if files is not None:
+        files.remove_in_background(*(name for place, name in rows if place == files.id))
 
 
 def _still_fetching() -> Busy:

@@ -24,8 +24,6 @@ from tsr_engine.io.unfinished import fsync_path
 if TYPE_CHECKING:
     from fsspec import AbstractFileSystem
 
-__all__ = ["PROBE_LIMITS", "S3_LIMITS", "FileList", "SharedFilesError", "SharedStore", "files_of"]
-
 _ID_FILE: Final = "store.id"
 _MAX_LIST_BYTES: Final = 16 * 2**20
 S3_LIMITS: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_attempts": 2, "mode": "standard"}}
@@ -33,20 +31,11 @@ S3_LIMITS: Final = {"connect_timeout": 5, "read_timeout": 20, "retries": {"max_a
 PROBE_LIMITS: Final = {"connect_timeout": 4, "read_timeout": 4, "retries": {"total_max_attempts": 1}}
 """Limits of :meth:`SharedStore.require_answer`, whose answer is a few bytes."""
 _DENIED_ERRORS: Final = (
-    "NoCredentials",
-    "PartialCredentials",
-    "InvalidAccessKeyId",
-    "SignatureDoesNotMatch",
-    "AccessDenied",
-)
+    "NoCredentials", "PartialCredentials", "InvalidAccessKeyId", "SignatureDoesNotMatch", "AccessDenied",
+)  # fmt: skip
 _TIMEOUT_ERRORS: Final = (
-    "Timeout",
-    "EndpointConnection",
-    "ConnectionClosed",
-    "ConnectionError",
-    "ConnectorError",
-    "HTTPClient",
-)
+    "Timeout", "EndpointConnection", "ConnectionClosed", "ConnectionError", "ConnectorError", "HTTPClient",
+)  # fmt: skip
 
 FileList = Mapping[str, tuple[int, str]]
 """Files of an entry, relative to its name (empty for a single file) -> bytes and SHA-256."""
@@ -186,7 +175,7 @@ class SharedStore:
 
         Args:
             name: name of the entry.
-            files: its list, from :meth:`listed`.
+            files: its list, from :meth:`list_files`.
             part: file or folder to write; must not exist.
 
         Raises:

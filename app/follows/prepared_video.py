@@ -25,8 +25,6 @@ from tsr_engine.io.opened_file import Stamp
 from tsr_engine.io.video import Video as OpenVideo
 from tsr_engine.io.video import VideoLimits, open_video
 
-__all__ = ["open_prepared", "prepare_video"]
-
 _MAX_DECODING_S = 2.0
 """Maximum seconds of decoding for a follow that may not be requested."""
 

@@ -22,8 +22,6 @@ from app.storage.lookup import require_run
 from app.storage.models import Follow, FollowPiece, Job
 from app.storage.servers import require_local
 
-__all__ = ["LEASE_S", "FollowService"]
-
 LEASE_S = 20.0
 """Seconds without a request after which a follow in progress is dropped; a page that reloads comes back sooner."""
 RESULT_LIFETIME_S = 86_400.0
@@ -95,9 +93,6 @@ class FollowService:
                     "first": first,
                     "last": last,
                 },
-                state="queued",
-                endings=[],
-                asked=datetime.now(UTC),
             )
             session.add(follow)
             session.flush()
@@ -125,10 +120,8 @@ class FollowService:
         with self._database.read() as session:
             follow = _require(session, follow_id)
             view = _view(session, follow, after)
-            renew = abs(datetime.now(UTC) - follow.asked) > timedelta(
-                seconds=_RENEW_INTERVAL_S
-            )  # a clock can be set back
-        if renew:
+            silent = abs(datetime.now(UTC) - follow.asked)  # a clock can be set back
+        if silent > timedelta(seconds=_RENEW_INTERVAL_S):
             with self._database.write() as session:
                 _require(session, follow_id).asked = datetime.now(UTC)
         return view

@@ -23,8 +23,6 @@ from tsr_engine.follow_video import load_follower
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.pipeline import one_blas_thread
 
-__all__ = ["follow_track", "warm"]
-
 _PIECE_INTERVAL_S = 0.08
 """Seconds between pieces of proposals."""
 

@@ -9,8 +9,6 @@ from app.body_model import Model
 from app.edits.documents import Box, Frame
 from app.storage.models import Follow
 
-__all__ = ["FollowAnchor", "FollowEnding", "FollowView", "Only", "follow_view"]
-
 Only = Literal["forward", "backward", "between"]
 """One direction only, or only the frames between the outermost anchors."""
 
@@ -57,13 +55,7 @@ class FollowView(Model):
 
 
 def follow_view(follow: Follow, pieces: Iterable[Sequence[Sequence[object]]], following: int) -> FollowView:
-    """Build the view of a follow with some of its proposals.
-
-    Args:
-        follow: the row.
-        pieces: the stored pieces of proposals.
-        following: number of the next piece.
-    """
+    """Build the view of a follow with some of its proposals."""
     return FollowView.from_row(
         follow,
         anchors=follow.request["anchors"],

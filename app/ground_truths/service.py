@@ -18,8 +18,6 @@ from app.storage.models import GroundTruth
 from tsr_engine.evaluation.track_tables import truth_table
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["MAX_FRAMES", "GroundTruthService"]
-
 MAX_FRAMES = 256
 """Maximum number of frames in a request."""
 

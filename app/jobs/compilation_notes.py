@@ -16,8 +16,6 @@ from app.storage.database import Database
 from app.storage.models import Job
 from tsr_engine.periodic import call_periodically
 
-__all__ = ["CHECK_INTERVAL_S", "note_compilation", "note_preparation"]
-
 CHECK_INTERVAL_S: Final = 0.25
 """Seconds between checks."""
 _COMPILING_MODULE: Final = "tsr_engine.compilation"

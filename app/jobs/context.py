@@ -15,8 +15,6 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
 
-__all__ = ["Stopped", "TaskContext"]
-
 _CANCEL_CHECK_S = 0.25
 """Seconds between checks of the cancel flag."""
 

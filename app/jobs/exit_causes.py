@@ -8,8 +8,6 @@ import signal
 from pathlib import Path
 from typing import Final, Literal, NoReturn
 
-__all__ = ["CGROUPS", "PROC", "TERMINATED", "ExitCause", "count_oom_kills", "exit_cause", "exit_with_cause"]
-
 ExitCause = Literal["crashed", "starved", "killed"]
 """``crashed``: by itself on its file; ``starved``: out of memory; ``killed``: with its server, or from outside."""
 TERMINATED: Final = 128 + signal.SIGTERM

@@ -14,8 +14,6 @@ from app.storage.database import Database
 from app.storage.models import Job
 from tsr_engine.periodic import call_periodically
 
-__all__ = ["INTERVAL_S", "heartbeat"]
-
 INTERVAL_S: Final = 10.0
 """Seconds between heartbeats."""
 

@@ -13,8 +13,6 @@ from app.events import EventBus
 from app.jobs.lanes import Lane
 from app.storage.models import Job
 
-__all__ = ["JobKind", "JobKinds", "OnJobFailed", "OnJobNote"]
-
 
 class OnJobFailed(Protocol):
     """Updates the subject of a failed job, and notifies the pages; in the caller's transaction."""

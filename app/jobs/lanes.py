@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Final, Literal
 
-__all__ = ["LANES", "MAX_WORKERS", "Lane"]
-
 Lane = Literal["long", "short", "imports", "scenes"]
 LANES: Final[tuple[Lane, ...]] = ("long", "short", "imports", "scenes")
+STANDBY: Final = "stay"
+"""Third argument of a worker that does not end when it is idle."""
 MAX_WORKERS: Final = 2
 """Maximum number of processes in every lane except the long one, which has a setting.
 

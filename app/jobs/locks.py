@@ -13,8 +13,6 @@ from pathlib import Path
 
 from tsr_engine.io.locks import is_locked, is_named
 
-__all__ = ["JobLock", "holder_pid", "is_alive", "last_holder_pid", "note_unstored_end", "unstored_ends"]
-
 _SIZE = 512
 """Bytes of a file: the id, and a sentence in UTF-8 on the next line, filled up with spaces."""
 

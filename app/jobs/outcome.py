@@ -11,19 +11,9 @@ from app.jobs.context import TaskContext
 from app.jobs.queue import Fenced, JobQueue
 from app.storage.models import Job
 
-__all__ = ["cancel_subject", "clear_subject", "end_stopped_task", "notify_subject", "report_failure", "requeue"]
-
 
 def notify_subject(session: Session, jobs: JobQueue, job: Job, state: str, error: str | None) -> None:
-    """Set the subject of a job to the state of the job, as its kind defines it, and notify pages.
-
-    Args:
-        session: writes.
-        jobs: has the kinds and the events.
-        job: the job that ended or was queued again.
-        state: ``failed``, ``cancelled`` or ``queued``.
-        error: one sentence.
-    """
+    """Set the subject of a job to the state of the job, as its kind defines it, and notify pages."""
     kind = jobs.kinds.get(job.kind)
     if kind is not None:
         kind.on_failed(session, jobs.events, job, state, error)

@@ -22,8 +22,6 @@ from app.storage.models import Job
 from app.storage.servers import is_local
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["MAX_CRASHES", "MAX_KILLS", "PROGRESS_FRAMES", "Fenced", "JobQueue", "notify_nobody"]
-
 MAX_CRASHES = 3
 """Crashes, or lacks of memory, at one position after which a job is given up."""
 MAX_KILLS = 100
@@ -42,10 +40,6 @@ def notify_nobody(_expected: ExpectedJob | None = None) -> None:
 
 class JobQueue:
     """Operations on the queue; each runs in the caller's transaction.
-
-    Args:
-        events: notifies pages of jobs.
-        kinds: kinds that can be submitted.
 
     Attributes:
         notify_standby: notifies the standby worker of a committed job, or of one that a person may request soon.
@@ -83,10 +77,6 @@ class JobQueue:
             payload=payload or {},
             priority=priority,
             order=order,
-            state="queued",
-            token=0,
-            crashes=0,
-            cancel=False,
         )
         if place is not None:
             job.place = place

@@ -17,10 +17,9 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from app.jobs.exit_causes import ExitCause, count_oom_kills, exit_cause
-from app.jobs.lanes import LANES, MAX_WORKERS, Lane
+from app.jobs.lanes import LANES, MAX_WORKERS, STANDBY, Lane
 from app.jobs.locks import holder_pid, is_alive, last_holder_pid
 from app.jobs.outcome import clear_subject, notify_subject, requeue
-from app.jobs.preload import STANDBY
 from app.jobs.queue import Fenced, JobQueue, notify_nobody
 from app.jobs.wakeup import WakeupSender
 from app.log_once import LogOnce
@@ -28,8 +27,6 @@ from app.settings import Settings
 from app.storage.database import Database
 from app.storage.identity import lock_place
 from app.storage.models import Job
-
-__all__ = ["Supervisor", "as_environment"]
 
 _TURN_S = 0.25
 _CANCEL_SECONDS = 4.0
@@ -76,15 +73,6 @@ class Supervisor:
         is_page_open: Callable[[], bool] = lambda: False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Prepare the thread.
-
-        Args:
-            settings: of the server.
-            database: with the queue.
-            jobs: the queue.
-            is_page_open: returns whether a page is open.
-            clock: monotonic, seconds.
-        """
         self._settings = settings
         self._database = database
         self._jobs = jobs

@@ -14,8 +14,6 @@ from typing import Final
 
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["ExpectedJob", "WakeupListener", "WakeupSender"]
-
 ExpectedJob = tuple[str, JsonObject]
 """Kind of an expected job, and its known data."""
 _MAX_BYTES: Final = 65536

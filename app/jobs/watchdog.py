@@ -17,8 +17,6 @@ from app.jobs.context import TaskContext
 from app.jobs.outcome import report_failure
 from tsr_engine.periodic import call_periodically
 
-__all__ = ["watchdog"]
-
 _log = logging.getLogger("tsr.worker")
 
 

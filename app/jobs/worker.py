@@ -26,12 +26,11 @@ from app.jobs.context import Stopped, TaskContext
 from app.jobs.exit_causes import TERMINATED
 from app.jobs.heartbeat import heartbeat
 from app.jobs.kinds import JobKinds
-from app.jobs.lanes import LANES, Lane
+from app.jobs.lanes import LANES, STANDBY, Lane
 from app.jobs.locks import JobLock, note_unstored_end
 from app.jobs.outcome import end_stopped_task, report_failure
-from app.jobs.preload import STANDBY, preparations
 from app.jobs.queue import Fenced, JobQueue
-from app.jobs.tasks import TaskKind
+from app.jobs.tasks import TaskKind, preparations
 from app.jobs.wakeup import ExpectedJob, WakeupListener
 from app.log_once import LogOnce
 from app.sandbox.confine import die_with_parent, restrict_process
@@ -42,8 +41,6 @@ from app.storage.identity import lock_place, open_database
 from tsr_engine.errors import InputError, TsrError
 from tsr_engine.extras import explained
 from tsr_engine.io.storage_problems import TOO_LARGE_MESSAGE, storage_problem
-
-__all__ = ["RETRY_DELAY_S", "do_next", "execute", "main", "perform", "run_preparation", "work"]
 
 IDLE_TIMEOUT_S = 30.0
 """Idle seconds after which the process ends."""

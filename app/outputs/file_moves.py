@@ -22,8 +22,6 @@ from app.storage.database import Database
 from app.storage.models import Run, Video
 from tsr_engine.io.unfinished import fsync_path
 
-__all__ = ["FileMoves", "moving_files", "sweep"]
-
 _RECORD_PREFIX = ".placing-"
 _FOLDERS = ("runs", "uploads")
 _MAX_RECORD_BYTES = 10_000

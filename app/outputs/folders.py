@@ -7,8 +7,6 @@ from pathlib import Path
 
 from tsr_engine.io.unfinished import fsync_path
 
-__all__ = ["clear_folder", "output_folder", "sync_file"]
-
 
 def output_folder(home: Path, output_id: str) -> Path:
     """The folder of one output."""

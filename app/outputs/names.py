@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import PurePath
 
-__all__ = ["file_stem"]
-
 _UNSAFE = re.compile(r"[^\w.-]+")
 
 

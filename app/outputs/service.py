@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, NotFound
 from app.events import EventBus
-from app.files.shared import ensure_local, shared_files
+from app.files.shared import ensure_local, remove_shared
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
@@ -25,18 +25,16 @@ from app.outputs.folders import clear_folder, output_folder, sync_file
 from app.outputs.view import OutputView, publish_output
 from app.settings import Settings
 from app.storage.database import Database
+from app.storage.lookup import ACTIVE
 from app.storage.models import Output
 from app.storage.servers import require_local
 from tsr_engine.errors import InputError
 from tsr_engine.io.atomic import storage_error
 from tsr_engine.io.digest import file_sha256
 
-__all__ = ["KINDS", "PROGRESS_INTERVAL_S", "OutputService"]
-
 KINDS = ("export", "recording", "bundle", "scene")
 PRIORITY = 15
 """Priority of outputs, because people wait for them: before imports, after what-ifs."""
-_ACTIVE = ("queued", "running")
 PROGRESS_INTERVAL_S = 0.3
 """Seconds between updates of the progress."""
 
@@ -67,18 +65,7 @@ class OutputService:
             options: all data that the job needs, as plain JSON values.
             job_kind: kind of the job, see :mod:`app.job_kinds`; its subject is the output.
         """
-        output = Output(
-            id=uuid.uuid4().hex,
-            kind=kind,
-            run_id=run_id,
-            name=name,
-            state="queued",
-            options=dict(options),
-            done=0,
-            path="",
-            sha256="",
-            summary={},
-        )
+        output = Output(id=uuid.uuid4().hex, kind=kind, run_id=run_id, name=name, options=dict(options))
         session.add(output)
         session.flush()
         self._jobs.submit(session, job_kind, output.id, priority=PRIORITY)
@@ -141,14 +128,13 @@ class OutputService:
         with self._database.write() as session:
             output = _require(session, output_id)
             require_local(session, output.place, output.name)
-            if output.state in _ACTIVE:
+            if output.state in ACTIVE:
                 raise Conflict(f"{output.name} is {output.state}. Cancel it first.", code="still_running")
             session.delete(output)
             self._events.publish(session, "removed", output_id, {"artefact": output_id})
         clear_folder(self._home, output_id)
-        files = shared_files(self._settings)
-        if files is not None and output.place == files.id:
-            files.remove_in_background(str(output_folder(self._home, output_id).relative_to(self._home)))
+        folder = output_folder(self._home, output_id).relative_to(self._home)
+        remove_shared(self._settings, [(output.place, str(folder))])
 
     def sweep(self) -> None:
         """Remove folders of outputs whose job failed or was cancelled while the machine went down."""
@@ -157,7 +143,7 @@ class OutputService:
         if not folders:
             return
         with self._database.read() as session:
-            kept = select(Output.id).where(Output.state.in_((*_ACTIVE, "complete")))
+            kept = select(Output.id).where(Output.state.in_((*ACTIVE, "complete")))
             folders -= set(session.scalars(kept))
         for name in folders:
             clear_folder(self._home, name)

@@ -9,8 +9,6 @@ from app.events import EventBus
 from app.storage.models import Output
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["OutputView", "publish_output"]
-
 
 class OutputView(Model):
     """One file that was made from runs, or is being made."""

@@ -17,8 +17,6 @@ from app.people.service import person_named
 from app.storage.database import Database
 from app.storage.models import Assignment, Edit, Person, Run, SearchRun, Verdict, Video, WorkDay
 
-__all__ = ["Activity", "ActivityService", "Done", "Overview", "Worker"]
-
 DAYS = 30
 """Days that the figures of work cover, today included."""
 _CLOCK_TOLERANCE_S = 60.0

@@ -12,8 +12,6 @@ import numpy as np
 
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["by_name", "label_name", "mean_interval", "share_interval"]
-
 T = TypeVar("T")
 
 

@@ -30,8 +30,6 @@ from app.storage.database import Database
 from app.storage.lookup import require_video
 from app.storage.models import Assignment, Person, Video
 
-__all__ = ["AssignmentService", "AssignmentView", "State", "require_worker"]
-
 State = Literal["assigned", "in_review", "returned", "done"]
 _ASSIGNEE_TRANSITIONS: Final[dict[State, tuple[State, ...]]] = {
     "assigned": ("in_review",),
@@ -41,12 +39,6 @@ _ASSIGNEE_TRANSITIONS: Final[dict[State, tuple[State, ...]]] = {
 """State -> the states that the assignee may change it to."""
 _ORDER: Final = {"returned": 0, "assigned": 1, "in_review": 2, "done": 3}
 _MAX_LISTED: Final = 10_000
-_STATE_NAMES: Final[dict[str, str]] = {
-    "assigned": "assigned",
-    "in_review": "in review",
-    "returned": "returned",
-    "done": "done",
-}
 
 
 class AssignmentView(Model):
@@ -122,15 +114,9 @@ class AssignmentService:
             for video_id in dict.fromkeys(video_ids):
                 video = require_video(session, video_id)
                 _require_frames(video, first, stop)
-                self._refuse_overlap(session, assignee, video, first, stop)
-                row = Assignment(
-                    video_id=video.id,
-                    person_id=assignee.id,
-                    first=first,
-                    stop=stop,
-                    comment=comment,
-                    changed_by=_name(who),
-                )
+                row = Assignment(video_id=video.id, first=first, stop=stop, comment=comment, changed_by=_name(who))
+                self._refuse_overlap(session, assignee, video, row)
+                row.person_id = assignee.id
                 session.add(row)
                 session.flush()
                 made.append(_view(row, assignee.name, video.name))
@@ -160,7 +146,8 @@ class AssignmentService:
 
         Raises:
             NotFound: no such assignment or person.
-            Conflict: the assignment has changed since; ``details`` holds its current state.
+            Conflict: the assignment has changed since (``details`` holds its current state), or the person already has
+                an overlapping one.
             Refused: the caller may not do that.
             Invalid: it is returned without a comment.
         """
@@ -172,7 +159,7 @@ class AssignmentService:
             _require_allowed(who, row, current.person, state, comment, person)
             if row.revision != revision:
                 raise Conflict(
-                    f"{row.changed_by} has changed this assignment meanwhile: it is {_STATE_NAMES[row.state]} now.",
+                    f"{row.changed_by} has changed this assignment meanwhile: it is {_words(row.state)} now.",
                     code="stale",
                     details={"current": current.model_dump(mode="json")},
                 )
@@ -181,6 +168,7 @@ class AssignmentService:
             if person is not None:
                 assignee = person_named(session, person)
                 require_worker(assignee)
+                self._refuse_overlap(session, assignee, session.get_one(Video, row.video_id), row)
                 row.person_id, row.state = assignee.id, state or "assigned"
             elif state is not None:
                 row.state = state
@@ -209,10 +197,12 @@ class AssignmentService:
         found, owner, name = session.execute(_joined().where(Assignment.id == row.id)).one()
         return _view(found, owner, name)
 
-    def _refuse_overlap(self, session: Session, person: Person, video: Video, first: int, stop: int | None) -> None:
+    def _refuse_overlap(self, session: Session, person: Person, video: Video, row: Assignment) -> None:
+        """Refuse to give a person an assignment some of whose frames another open assignment of theirs has."""
         same = Assignment.video_id == video.id, Assignment.person_id == person.id, Assignment.state != "done"
         for other in session.scalars(select(Assignment).where(*same)):
-            if (stop is None or other.first < stop) and (other.stop is None or first < other.stop):
+            begins, ends = row.stop is None or other.first < row.stop, other.stop is None or row.first < other.stop
+            if other.id != row.id and begins and ends:
                 raise Conflict(
                     f"{person.name} has {video.name} already, {_frames(other)}. Change that assignment instead.",
                     code="assigned_already",
@@ -233,9 +223,7 @@ def _require_allowed(
     if person is not None or comment is not None or state is None:
         raise Refused("Only a reviewer can assign work or comment on it.", code="role")
     if state not in _ASSIGNEE_TRANSITIONS.get(cast(State, row.state), ()):
-        raise Refused(
-            f"Your work is {_STATE_NAMES[row.state]}. Only a reviewer can make it {_STATE_NAMES[state]}.", code="role"
-        )
+        raise Refused(f"Your work is {_words(row.state)}. Only a reviewer can make it {_words(state)}.", code="role")
 
 
 def require_worker(person: Person) -> None:
@@ -263,6 +251,10 @@ def _frames(row: Assignment) -> str:
     if row.stop is None:
         return "whole" if row.first == 0 else f"from frame {row.first}"
     return f"frames {row.first} to {row.stop - 1}"
+
+
+def _words(state: str) -> str:
+    return state.replace("_", " ")
 
 
 def _name(who: Identity) -> str:

@@ -16,14 +16,12 @@ from app.body_model import Model
 from app.edits.history import undone_operations
 from app.labels.store import newest
 from app.people.agreement_statistics import by_name, label_name, mean_interval
+from app.storage.lookup import in_parts
 from app.storage.models import Edit, SearchTrack
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["BoxAgreement", "BoxAgreements", "box_agreements", "drawn_twice"]
-
 Box = tuple[float, float, float, float]
-_MAX_RUNS = 500
 
 
 class BoxAgreement(Model):
@@ -90,15 +88,9 @@ def box_agreements(session: Session) -> BoxAgreements:
     label_names = _labels(session, sorted({drawn.run for drawn in drawn_frames}))
     return BoxAgreements(
         whole=_agreement("all", drawn_frames),
-        labels=_by_name(
-            [
-                (label_names[drawn.run, drawn.track], drawn)
-                for drawn in drawn_frames
-                if (drawn.run, drawn.track) in label_names
-            ]
-        ),
-        first=_by_name([(drawn.first, drawn) for drawn in drawn_frames]),
-        second=_by_name([(drawn.second, drawn) for drawn in drawn_frames]),
+        labels=_by_name((name, each) for each in drawn_frames if (name := label_names.get((each.run, each.track)))),
+        first=_by_name((drawn.first, drawn) for drawn in drawn_frames),
+        second=_by_name((drawn.second, drawn) for drawn in drawn_frames),
     )
 
 
@@ -119,8 +111,8 @@ def _labels(session: Session, runs: Sequence[str]) -> dict[tuple[str, str], str]
     sets: dict[str, LabelSet] = {}
     found: dict[tuple[str, str], str] = {}
     columns = SearchTrack.run_id, SearchTrack.key, SearchTrack.set_key, SearchTrack.label
-    for start in range(0, len(runs), _MAX_RUNS):
-        query = select(*columns).where(SearchTrack.run_id.in_(runs[start : start + _MAX_RUNS]))
+    for part in in_parts(runs):
+        query = select(*columns).where(SearchTrack.run_id.in_(part))
         for run, key, set_key, label in session.execute(query):
             if set_key not in sets:
                 sets[set_key] = newest(session, set_key)

@@ -19,8 +19,6 @@ from app.people.service import name_key
 from app.storage.database import Database
 from app.storage.models import Person, PersonSecret
 
-__all__ = ["SESSION_DAYS", "Directory"]
-
 SESSION_DAYS: Final = 30
 """Days that a browser stays signed in."""
 _EMPTY_CACHE_S: Final = 1.0
@@ -34,11 +32,7 @@ _OWNER_OF: Final = (
 
 
 class Directory:
-    """Looks people up.
-
-    Args:
-        database: holds the accounts.
-    """
+    """Looks people up."""
 
     def __init__(self, database: Database) -> None:
         self._database = database

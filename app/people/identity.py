@@ -8,8 +8,6 @@ from typing import Final
 from app.errors import Refused
 from app.people.roles import Role, at_least
 
-__all__ = ["OWNER", "SECRET", "Identity"]
-
 
 @dataclass(frozen=True, slots=True)
 class Identity:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final, Literal, get_args
 
-__all__ = ["ROLES", "Role", "at_least", "role_of"]
-
 Role = Literal["viewer", "annotator", "reviewer", "admin"]
 """Roles in ascending order; each may do everything that those before it may."""
 ROLES: Final[tuple[Role, ...]] = get_args(Role)

@@ -23,13 +23,11 @@ from app.people.box_agreement import BoxAgreements, box_agreements
 from app.people.identity import Identity
 from app.people.service import person_named
 from app.storage.database import Database
+from app.storage.lookup import in_parts
 from app.storage.models import SearchTrack, SecondOpinion, Video
 from tsr_engine.labels.model import NO_LABEL, LabelSet
 
-__all__ = ["Agreement", "Dispute", "Given", "LabelChoice", "Look", "NextLook", "SecondOpinionService", "SecondOpinions"]
-
 _MAX_DISPUTES = 200
-_MAX_RUNS = 500
 
 
 class Given(Model):
@@ -251,9 +249,8 @@ def _agreement(name: str, answers: Sequence[bool]) -> Agreement:
 
 def _disputes(session: Session, disputed: Sequence[SecondOpinion], sets: dict[str, LabelSet]) -> list[Dispute]:
     present: dict[tuple[str, str], tuple[SearchTrack, str]] = {}
-    runs = sorted({look.run_id for look in disputed})
-    for start in range(0, len(runs), _MAX_RUNS):
-        in_runs = SecondOpinion.run_id.in_(runs[start : start + _MAX_RUNS])
+    for runs in in_parts(sorted({look.run_id for look in disputed})):
+        in_runs = SecondOpinion.run_id.in_(runs)
         query = select(SearchTrack, Video.name).join(SecondOpinion, _same_track())
         for track, video in session.execute(query.join(Video, Video.id == SearchTrack.video_id).where(in_runs)):
             present[track.run_id, track.key] = track, video

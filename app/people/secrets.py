@@ -6,8 +6,6 @@ import hashlib
 import secrets
 from typing import Final
 
-__all__ = ["hash_of", "new_secret"]
-
 _PREFIX: Final = "tsr_"
 """Prefix that marks tokens, for people and for scanners of leaked secrets."""
 _MAX_LENGTH: Final = 200

@@ -18,8 +18,6 @@ from app.people.secrets import hash_of, new_secret
 from app.storage.database import Database
 from app.storage.models import Assignment, Person, PersonSecret
 
-__all__ = ["PeopleService", "PersonView", "TokenView", "name_key", "person_named"]
-
 _MAX_NAME_LENGTH = 80
 _MAX_NOTE_LENGTH = 200
 _ID_DIGITS = 8

@@ -22,8 +22,6 @@ from tsr_engine.labels.classes import RunClasses, resolved_labels
 from tsr_engine.labels.model import LabelSet
 from tsr_engine.recording import BoxRows
 
-__all__ = ["corrected_rows", "ground_truth_rows", "truth_of"]
-
 
 def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: RunClasses) -> BoxRows | None:
     """The corrected boxes in the frames that the run has stored; None: there are no corrections.
@@ -53,14 +51,7 @@ def corrected_rows(evidence: Path, documents: Mapping[str, TrackDoc], classes: R
 
 
 def truth_of(session: Session, video_id: str, truth_id: str | None, labels: LabelSet) -> BoxRows | None:
-    """The requested ground truth of a video; unset: the video's only one, if there is exactly one.
-
-    Args:
-        session: reads.
-        video_id: the video.
-        truth_id: id of the ground truth.
-        labels: label set of the video.
-    """
+    """The requested ground truth of a video; unset: the video's only one, if there is exactly one."""
     query = select(GroundTruth).where(GroundTruth.video_id == video_id).options(undefer(GroundTruth.boxes))
     if truth_id is not None:
         query = query.where(GroundTruth.id == truth_id)

@@ -11,8 +11,6 @@ from app.storage.database import Database
 from app.storage.lookup import require_run
 from app.storage.models import Video
 
-__all__ = ["JOB", "MAX_FRAMES", "RecordingService"]
-
 JOB = "recording"
 MAX_FRAMES = 20_000
 """Maximum number of frames: the viewer holds a recording in memory, and larger ones make pages unusable."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recording import RecordingReport
 
-__all__ = ["report_summary"]
-
 
 def report_summary(report: RecordingReport) -> JsonObject:
     """Convert a report to plain JSON values."""

@@ -21,8 +21,6 @@ from app.videos.packed_table import unpack
 from tsr_engine.errors import InputError
 from tsr_engine.recording import RecordingRequest, write_recording
 
-__all__ = ["record_run"]
-
 
 def record_run(task: TaskContext) -> None:
     """Make the recording.

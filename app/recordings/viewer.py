@@ -30,8 +30,6 @@ from typing import Final
 
 from app.errors import Busy
 
-__all__ = ["FILES", "ViewerFile", "ViewerFiles", "sdk_version", "viewer_binary"]
-
 FILES: Final = {"re_viewer.js": "text/javascript; charset=utf-8", "re_viewer_bg.wasm": "application/wasm"}
 """Files that the page needs, and their media types."""
 _MANIFEST: Final = "manifest.json"
@@ -85,10 +83,6 @@ class ViewerFiles:
         self._lock = threading.Lock()
         self._known: dict[str, ViewerFile] | None = None
 
-    def ready(self) -> bool:
-        """Whether the files are there."""
-        return self._files() is not None
-
     def file(self, name: str) -> ViewerFile | None:
         """Return one file; None: no such file.
 
@@ -134,10 +128,9 @@ class ViewerFiles:
         binary = self._binary or viewer_binary()
         if not self.version or binary is None:
             raise _unavailable("the package rerun-sdk is not installed with its viewer; install it again")
-        self.folder.parent.mkdir(parents=True, exist_ok=True)
         part = self.folder.with_name(f".{self.folder.name}.{secrets.token_hex(4)}")
         try:
-            part.mkdir()
+            part.mkdir(parents=True)
             manifest = {}
             with _serving(binary) as address:
                 for name in FILES:

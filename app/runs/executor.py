@@ -23,8 +23,6 @@ from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.pipeline import Components
 from tsr_engine.runs.track_video import Progress, RunReport, RunRequest, track_video
 
-__all__ = ["RETRY_DELAY_S", "run_engine"]
-
 RETRY_DELAY_S: Final = 2.0
 """Seconds between attempts to reach the cluster."""
 _log = logging.getLogger("tsr.worker")

@@ -5,8 +5,6 @@ from __future__ import annotations
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 
-__all__ = ["focus_of"]
-
 
 def focus_of(params: Params, *, named: bool) -> JsonObject | None:
     """``summary.focus`` of a run: the point of the picture from which signs that are not detected move away.

@@ -16,8 +16,6 @@ from app.videos.importing import import_video
 from sample_videos import SHIPPED
 from tsr_engine.version import __version__
 
-__all__ = ["import_and_start"]
-
 
 def import_and_start(task: TaskContext) -> None:
     """Import a video; a sample drive also starts the first runs."""
@@ -44,18 +42,10 @@ def _queue(session: Session, events: EventBus, jobs: JobQueue, video: Video) -> 
     run = Run(
         id=run_id,
         video_id=video.id,
-        kind="engine",
         name="Run 1",
-        state="queued",
-        preset="default",
-        parameters={},
-        first=0,
-        frames_done=0,
         frames_total=video.frames,
         folder=f"runs/{run_id}",
         engine_version=__version__,
-        models={},
-        summary={},
     )
     if video.place is not None:
         run.place = video.place

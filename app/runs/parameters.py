@@ -10,8 +10,6 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.aliases import current_settings
 
-__all__ = ["params_of", "present_parameters"]
-
 
 def present_parameters(parameters: Mapping[str, object]) -> JsonObject:
     """Replace old names of parameters in a request by present ones.
@@ -25,6 +23,11 @@ def present_parameters(parameters: Mapping[str, object]) -> JsonObject:
         raise Invalid(str(error), field="parameters") from None
 
 
+def as_setting(value: object) -> object:
+    """Convert a value of JSON to that of a parameter."""
+    return tuple(value) if isinstance(value, list) else value
+
+
 def params_of(preset: str, changed: Mapping[str, object]) -> Params:
     """Return a preset with changes.
 
@@ -36,9 +39,8 @@ def params_of(preset: str, changed: Mapping[str, object]) -> Params:
     except UsageError as error:
         raise Invalid(str(error), field="preset") from None
     for name, value in changed.items():
-        setting = tuple(value) if isinstance(value, list) else value
         try:
-            params = params.with_settings([(name, setting)])
+            params = params.with_settings([(name, as_setting(value))])
         except UsageError as error:
             raise Invalid(str(error), field=f"parameters.{name}") from None
     return params

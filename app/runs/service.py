@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid
 from app.events import EventBus
-from app.files.shared import shared_files
+from app.files.shared import remove_shared
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
 from app.runs.parameters import params_of, present_parameters
@@ -20,27 +20,18 @@ from app.runs.unstored_ends import runs_with_unstored_ends, views_with_unstored_
 from app.runs.view import RunView, publish_run
 from app.settings import Settings
 from app.storage.database import Database
-from app.storage.lookup import require_run, require_video
+from app.storage.lookup import ACTIVE, require_run, require_video
 from app.storage.models import Job, Run, Video
 from app.storage.servers import Servers, other_server, require_local, waiting_note
 from app.videos.view import publish_video
 from tsr_engine.version import __version__
-
-__all__ = ["RunService"]
-
-_ACTIVE = ("queued", "running")
 
 
 class RunService:
     """Starts, lists, orders, renames, cancels, resumes and removes runs."""
 
     def __init__(
-        self,
-        settings: Settings,
-        database: Database,
-        events: EventBus,
-        jobs: JobQueue,
-        servers: Servers | None = None,
+        self, settings: Settings, database: Database, events: EventBus, jobs: JobQueue, servers: Servers | None = None
     ) -> None:
         self._settings = settings
         self._database = database
@@ -63,7 +54,7 @@ class RunService:
         query = (
             select(Run)
             .join(Job, Job.subject == Run.id)
-            .where(Job.kind == "track", Job.state.in_(_ACTIVE))
+            .where(Job.kind == "track", Job.state.in_(ACTIVE))
             .order_by(Job.state != "running", Job.priority.desc(), Job.order)
         )
         with self._database.read() as session:
@@ -136,9 +127,7 @@ class RunService:
             run = Run(
                 id=uuid.uuid4().hex,
                 video_id=video_id,
-                kind="engine",
                 name=name or self._next_name(session, video_id),
-                state="queued",
                 preset=preset,
                 parameters=changed,
                 first=first,
@@ -190,15 +179,18 @@ class RunService:
         """
         with self._database.write() as session:
             run = require_run(session, run_id)
-            if run.state in _ACTIVE or run.state == "complete":
+            if run.state in ACTIVE or run.state == "complete":
                 raise Conflict(f"{run.name} is {run.state}, so it cannot be resumed.", code="not_resumable")
             run.state, run.error, run.note = "queued", None, waiting_note(session, run.place)
             self._jobs.submit(session, "whatif" if run.kind == "whatif" else "track", run.id, place=run.place)
             publish_run(session, self._events, run)
         return run
 
-    def remove(self, run_id: str) -> None:
+    def remove(self, run_id: str) -> list[str]:
         """Remove a run with its evidence, its edits and its what-ifs.
+
+        Returns:
+            Ids of the removed runs.
 
         Raises:
             NotFound: no such run.
@@ -207,18 +199,19 @@ class RunService:
         with self._database.write() as session:
             run = require_run(session, run_id)
             self._require_here(session, run)
-            if run.state in _ACTIVE:
+            if run.state in ACTIVE:
                 raise Conflict(f"{run.name} is {run.state}. Cancel it first.", code="still_running")
             children = list(session.scalars(select(Run).where(Run.parent_id == run_id)))
             for child in children:
-                if child.state in _ACTIVE:
+                if child.state in ACTIVE:
                     raise Conflict(
                         f"The what-if {child.name} of {run.name} is {child.state}. Cancel it first.",
                         code="still_running",
                     )
-            folders = self._drop(session, [*children, run])
-        self._clear(folders)
-        self._remove_shared([*children, run])
+            removed = [*children, run]
+            self._drop(session, removed)
+        self._remove_files(removed)
+        return [run.id for run in removed]
 
     def remove_whatifs(self, run_id: str) -> list[str]:
         """Remove the what-ifs of a run that have ended, with evidence and edits.
@@ -232,13 +225,11 @@ class RunService:
         with self._database.write() as session:
             run = require_run(session, run_id)
             self._require_here(session, run)
-            query = select(Run).where(Run.parent_id == run.id, Run.kind == "whatif", Run.state.not_in(_ACTIVE))
+            query = select(Run).where(Run.parent_id == run.id, Run.kind == "whatif", Run.state.not_in(ACTIVE))
             removed = list(session.scalars(query))
-            names = [run.id for run in removed]
-            folders = self._drop(session, removed)
-        self._clear(folders)
-        self._remove_shared(removed)
-        return names
+            self._drop(session, removed)
+        self._remove_files(removed)
+        return [run.id for run in removed]
 
     def sweep(self) -> None:
         """Remove leftover folders of removed runs, whose process died or was still writing.
@@ -263,23 +254,21 @@ class RunService:
     def _is_over(session: Session, run_id: str) -> bool:
         """Whether a run had jobs and all have ended."""
         states = set(session.scalars(select(Job.state).where(Job.subject == run_id)))
-        return bool(states) and not states & set(_ACTIVE)
+        return bool(states) and not states & set(ACTIVE)
 
-    def _drop(self, session: Session, runs: Sequence[Run]) -> list[str]:
-        """Delete the rows of runs of one video, what-ifs before the run that they replay; return their folders."""
-        folders = [run.folder for run in runs]
+    def _drop(self, session: Session, runs: Sequence[Run]) -> None:
+        """Delete the rows of runs of one video, what-ifs before the run that they replay."""
         for run in runs:
             session.delete(run)
             self._events.publish(session, "removed", run.id, {"run": run.id, "video": run.video_id})
             session.flush()
         if runs:
             publish_video(session, self._events, session.get_one(Video, runs[0].video_id))
-        return folders
 
-    def _remove_shared(self, runs: Sequence[Run]) -> None:
-        """Remove the evidence of removed runs from the shared files."""
-        if (files := shared_files(self._settings)) is not None:
-            files.remove_in_background(*(run.folder for run in runs if run.place == files.id))
+    def _remove_files(self, runs: Sequence[Run]) -> None:
+        """Remove the evidence of removed runs here and from the shared files."""
+        self._clear([run.folder for run in runs])
+        remove_shared(self._settings, [(run.place, run.folder) for run in runs])
 
     def _clear(self, folders: Sequence[str]) -> None:
         for folder in folders:

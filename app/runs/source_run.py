@@ -7,8 +7,6 @@ from sqlalchemy.orm import Session
 from app.storage.models import Run
 from tsr_engine.errors import InputError
 
-__all__ = ["run_of_job"]
-
 
 def run_of_job(session: Session, run_id: str | None) -> Run:
     """Return the run of a job.

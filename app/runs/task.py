@@ -23,8 +23,6 @@ from tsr_engine.pipeline import load_components
 from tsr_engine.runs.track_video import Progress, RunRequest
 from tsr_engine.version import __version__
 
-__all__ = ["track"]
-
 _PROGRESS_INTERVAL_S = 0.3
 """Seconds between updates of the progress."""
 

@@ -12,8 +12,6 @@ from app.jobs.locks import unstored_ends
 from app.runs.view import RunView, run_view
 from app.storage.models import Job, Run
 
-__all__ = ["runs_with_unstored_ends", "views_with_unstored_ends"]
-
 
 def views_with_unstored_ends(session: Session, home: Path, runs: Sequence[Run]) -> list[RunView]:
     """Views of runs, with a note on each whose end a worker of this data folder cannot store."""

@@ -13,8 +13,6 @@ from app.videos.view import publish_video
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.aliases import current_settings, rename_warnings
 
-__all__ = ["RunView", "StartedRun", "publish_run", "run_view", "started_run"]
-
 
 class RunView(Model):
     """One run over a video."""

@@ -9,8 +9,6 @@ from typing import Final
 
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["Channel", "ChannelClosed"]
-
 _HEADER: Final = struct.Struct(">IQ")
 _MAX_TEXT_BYTES: Final = 64 << 20
 

@@ -23,8 +23,6 @@ from typing import Final
 
 from app.sandbox.limits import Limits
 
-__all__ = ["confine", "die_with_parent", "restrict_process"]
-
 _SET_PDEATHSIG: Final = 1
 _SET_NO_NEW_PRIVS: Final = 38
 _FILTER, _ALL_THREADS = 1, 1

@@ -14,8 +14,6 @@ from app.storage.database import storage_failure
 from tsr_engine.errors import ImportFormatError, ImportProblem, TsrError
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["SandboxError", "decode_failure", "encode_failure"]
-
 _log = logging.getLogger("tsr.sandbox")
 
 

@@ -23,13 +23,7 @@ from app.sandbox.confine import confine, die_with_parent
 from app.sandbox.failures import encode_failure
 from app.sandbox.limits import Limits
 
-__all__: list[str] = []
-
-_PRELOADED: Final = (
-    "app.exchange.sandboxed_imports:warm_up",
-    "app.bundles.checking",
-    "app.videos.decoding",
-)
+_PRELOADED: Final = ("app.exchange.sandboxed_imports:warm_up", "app.bundles.checking", "app.videos.decoding")
 """Modules that sandboxes need, loaded with all their imports; ``module:function`` also calls a function whose first
 call is slow.
 """

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-__all__ = ["NICE", "Limits", "writable_folders"]
-
 NICE: Final = 5
 """For imports: lower priority than the server, which answers others meanwhile, and higher than the workers."""
 

@@ -23,8 +23,6 @@ from app.search.query import FoundTrack, found_tracks
 from app.storage.database import Database
 from app.storage.models import Run, Video
 
-__all__ = ["MAX_TRACKS", "Operation", "SearchActions", "TrackAction", "TracksDone", "WantedTrack"]
-
 MAX_TRACKS = 5000
 """Maximum number of tracks of one action."""
 OPERATION = "edit_tracks"
@@ -118,13 +116,13 @@ class SearchActions:
         changed: list[tuple[str, str]] = []
         stayed: list[tuple[str, str, str]] = []
         for run, expected in revisions_by_run.items():
-            make = makers.get(run)
+            make = makers.get(run, lambda _: [])  # a missing run: applying the operation reports it
             op_id = hashlib.blake2b(f"{action_id} {run}".encode(), digest_size=16).hexdigest()
             if isinstance(make, str):
                 stayed += [(run, key, make) for key in expected]
                 continue
             try:
-                done = self._bulk.apply_to_tracks(run, op_id, author, OPERATION, make or _no_commands, expected)
+                done = self._bulk.apply_to_tracks(run, op_id, author, OPERATION, make, expected)
             except ApiError as error:  # the file, server or run of one drive does not affect the others
                 stayed += [(run, key, error.message.rstrip(".")) for key in expected]
                 continue
@@ -183,10 +181,7 @@ class SearchActions:
         return found
 
     def _done(
-        self,
-        operations: list[Operation],
-        changed: Sequence[tuple[str, str]],
-        stayed: Sequence[tuple[str, str, str]],
+        self, operations: list[Operation], changed: Sequence[tuple[str, str]], stayed: Sequence[tuple[str, str, str]]
     ) -> TracksDone:
         self._index.update(_INDEX_WAIT_S)
         with self._database.read() as session:
@@ -203,11 +198,6 @@ class SearchActions:
         return TracksDone(
             changed=len(changed), operations=operations, stayed=len(stayed), sentences=sentences, tracks=tracks
         )
-
-
-def _no_commands(_key: str) -> list[Command]:
-    """No commands for a missing run: applying the operation reports it."""
-    return []
 
 
 def _verdict(key: str, review: Review) -> list[Command]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from datetime import UTC, datetime, time, timedelta
+from datetime import UTC, datetime, time
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -19,24 +19,12 @@ from app.storage.models import SearchAttribute, SearchRun, SearchTrack, Video, V
 from tsr_engine.labels.matching import LabelFinder, unknown_label
 from tsr_engine.labels.model import NO_LABEL, Label, LabelSet
 
-__all__ = [
-    "NO_LABEL_WORD",
-    "MeantLabel",
-    "SearchFilters",
-    "State",
-    "conditions",
-    "has_attribute",
-    "has_label",
-    "has_notes",
-    "labels_for_words",
-    "named_labels",
-]
-
 State = Literal["open", "needs_work", "accepted", "rejected", "ignored"]
 _Word = Annotated[str, Field(min_length=1, max_length=200, pattern=PLAIN)]
 _Share = Annotated[float, Field(ge=0, le=1)]
 _Pixels = Annotated[float, Field(ge=0, le=1e6)]
 _Moment = Annotated[str, Field(min_length=1, max_length=40, pattern=PLAIN)]
+_DAY_S = 86_400
 NO_LABEL_WORD = "none"
 """Value that finds signs without a label of the set, and signs that were not classified."""
 
@@ -230,9 +218,8 @@ def _seconds(text: str, field: str, *, last: bool) -> int:
             f"Expected a day such as 2026-11-01 or a moment such as 2026-11-01T08:30. Got {text!r}.", field=field
         ) from None
     moment = moment if moment.tzinfo is not None else moment.replace(tzinfo=UTC)
-    if last and moment.time() == time() and len(text.strip()) <= len("2026-11-01"):
-        moment += timedelta(days=1)
-    return int(moment.timestamp())
+    is_day = moment.time() == time() and len(text.strip()) <= len("2026-11-01")
+    return int(moment.timestamp()) + (_DAY_S if last and is_day else 0)
 
 
 def _videos(session: Session, text: str) -> Iterable[str]:

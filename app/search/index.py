@@ -26,14 +26,11 @@ from app.log_once import LogOnce
 from app.search.rows import LastEdit, Rows, make_rows
 from app.search.stale import ExpectedRun, expected_runs, runs_have_changed, stale_runs
 from app.storage.database import Database
+from app.storage.lookup import in_parts
 from app.storage.models import Edit, Event, SearchAttribute, SearchRun, SearchTrack, Video
 from tsr_engine.errors import TsrError
 from tsr_engine.exchange.dataset import Track
 
-__all__ = ["SearchIndex"]
-
-_MAX_KEYS = 500
-"""Maximum number of keys in one query."""
 _TICK_S = 1.0
 """Seconds of reading runs in the background before a search gets its turn."""
 _NO_END = 2**31 - 2
@@ -48,12 +45,6 @@ class SearchIndex:
     """Updates the tables of the search; thread-safe, one per process."""
 
     def __init__(self, database: Database, evidence: EvidenceService) -> None:
-        """Make an index.
-
-        Args:
-            database: with the tables.
-            evidence: reads the runs.
-        """
         self._database = database
         self._evidence = evidence
         self._lock = threading.Lock()
@@ -214,10 +205,10 @@ class SearchIndex:
             video = session.get_one(Video, expected.video_id)
             frames, picture = video.frames or _NO_END, (video.width or 0, video.height or 0)
             if keys is not None:
-                engine_tracks = {doc.original_track() for key in keys if (doc := documents.get(key)) is not None} - {
-                    None
-                }
-                known = _uncertainties(session, run_id, [f"m{number}" for number in engine_tracks] + keys)
+                tracks = (doc.original_track() for doc in documents.values())
+                known = _uncertainties(
+                    session, run_id, [*keys, *{f"m{track}" for track in tracks if track is not None}]
+                )
 
         @functools.cache  # cached, because an imported run has none and one read is enough
         def engine_uncertainties() -> dict[int, float]:
@@ -225,17 +216,13 @@ class SearchIndex:
             listed = zip(answer["id"], answer["uncertainty"], strict=True)
             return {number: value for number, value in listed if value is not None}
 
-        def uncertainty(key: str, engine_track: int | None) -> float:
+        def uncertainty(key: str, engine_track: int) -> float:
             found = known.get(f"m{engine_track}", known.get(key))
-            return (
-                engine_uncertainties().get(-1 if engine_track is None else engine_track, 0.0)
-                if found is None
-                else found
-            )
+            return engine_uncertainties().get(engine_track, 0.0) if found is None else found
 
-        tracks = run_tracks(run.folder, documents, 0, frames, frames, to_label=run.classes.to_label, keys=keys)
+        found = run_tracks(run.folder, documents, 0, frames, frames, to_label=run.classes.to_label, keys=keys)
         rows = make_rows(
-            self._until_stopped(tracks),
+            self._until_stopped(found),
             documents,
             edits,
             uncertainty,
@@ -254,15 +241,10 @@ class SearchIndex:
         self, expected: ExpectedRun, seq: int, keys: Sequence[str] | None, rows: Rows, error: str | None
     ) -> None:
         run_id = expected.run_id
-        run_columns = {
-            "run_id": run_id,
-            "video_id": expected.video_id,
-            "set_key": expected.set_key,
-            "current": expected.current,
-        }
+        run_columns = {name: getattr(expected, name) for name in ("run_id", "video_id", "set_key", "current")}
         with self._database.write() as session:
             for table in (SearchAttribute, SearchTrack):
-                for part in _parts(keys):
+                for part in [None] if keys is None else in_parts(keys):
                     old = delete(table).where(table.run_id == run_id)
                     session.execute(old if part is None else old.where(table.key.in_(part)))
             session.execute(delete(SearchRun).where(SearchRun.run_id == run_id))
@@ -282,8 +264,8 @@ class SearchIndex:
     @staticmethod
     def _seqs(session: Session, runs: Sequence[str]) -> dict[str, int]:
         found: dict[str, int] = {}
-        for start in range(0, len(runs), _MAX_KEYS):
-            query = select(SearchRun.run_id, SearchRun.seq).where(SearchRun.run_id.in_(runs[start:][:_MAX_KEYS]))
+        for part in in_parts(runs):
+            query = select(SearchRun.run_id, SearchRun.seq).where(SearchRun.run_id.in_(part))
             found |= {row[0]: row[1] for row in session.execute(query)}
         return found
 
@@ -308,10 +290,6 @@ def count_tracks(session: Session, run_id: str) -> None:
     session.execute(update(SearchRun).where(SearchRun.run_id == run_id).values(found._asdict()))
 
 
-def _parts(keys: Sequence[str] | None) -> list[Sequence[str] | None]:
-    return [None] if keys is None else [keys[start : start + _MAX_KEYS] for start in range(0, len(keys), _MAX_KEYS)]
-
-
 def _last_edits(session: Session, run_id: str, after: int) -> tuple[dict[str, LastEdit], int]:
     """Newest edit of each track that was edited after a number, and the newest number."""
     found: dict[str, LastEdit] = {}
@@ -325,8 +303,8 @@ def _last_edits(session: Session, run_id: str, after: int) -> tuple[dict[str, La
 def _uncertainties(session: Session, run_id: str, keys: Sequence[str]) -> dict[str, float]:
     """Uncertainties in the tables, from before any edits."""
     found: dict[str, float] = {}
-    for start in range(0, len(keys), _MAX_KEYS):
-        by_keys = SearchTrack.run_id == run_id, SearchTrack.key.in_(keys[start : start + _MAX_KEYS])
+    for part in in_parts(keys):
+        by_keys = SearchTrack.run_id == run_id, SearchTrack.key.in_(part)
         query = select(SearchTrack.key, SearchTrack.engine_uncertainty).where(*by_keys)
         found |= {row[0]: row[1] for row in session.execute(query)}
     return found

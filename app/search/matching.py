@@ -13,8 +13,6 @@ from app.storage.database import Database
 from app.storage.models import SearchRun, SearchTrack
 from tsr_engine.labels.model import NO_LABEL
 
-__all__ = ["LabelledVideos", "Matches", "TrackQuery"]
-
 _BUDGET_S = 1.5
 """Maximum time that one query spends on runs that are not in the tables yet, s."""
 

@@ -17,24 +17,15 @@ from app.body_model import PLAIN, Model
 from app.errors import Invalid
 from app.labels.store import newest
 from app.search.filters import MeantLabel, SearchFilters, conditions, labels_for_words
+from app.storage.lookup import in_parts
 from app.storage.models import Run, SearchRun, SearchTrack, Video, VideoTag
 from tsr_engine.labels.model import NO_LABEL
-
-__all__ = [
-    "MAX_COUNTED",
-    "FoundLabel",
-    "FoundTrack",
-    "SearchAnswer",
-    "SearchRequest",
-    "Unreadable",
-    "answer",
-    "found_tracks",
-]
 
 MAX_COUNTED = 10_000
 """Maximum number of tracks to count; an answer only says that there are more."""
 _MAX_UNREADABLE = 5
-_MAX_KEYS = 250
+_MAX_ALTERNATIVES = 250
+"""Maximum number of alternatives in one condition: SQLite limits its depth."""
 
 
 class SearchRequest(SearchFilters):
@@ -109,11 +100,6 @@ class SearchAnswer(Model):
 def answer(session: Session, request: SearchRequest, unread: int) -> SearchAnswer:
     """Answer a search.
 
-    Args:
-        session: reads.
-        request: the request.
-        unread: number of runs that the tables lack.
-
     Raises:
         Invalid: a value of the request is wrong, or the cursor belongs to another search.
     """
@@ -148,24 +134,19 @@ def answer(session: Session, request: SearchRequest, unread: int) -> SearchAnswe
 def found_tracks(session: Session, keys: Sequence[tuple[str, str]]) -> list[FoundTrack]:
     """Tracks by run and key, if the tables have them."""
     rows: list[SearchTrack] = []
-    for start in range(0, len(keys), _MAX_KEYS):
-        wanted: list[ColumnElement[bool]] = [
-            and_(SearchTrack.run_id == run, SearchTrack.key == key) for run, key in keys[start : start + _MAX_KEYS]
-        ]
+    for part in in_parts(keys, _MAX_ALTERNATIVES):
+        wanted = [and_(SearchTrack.run_id == run, SearchTrack.key == key) for run, key in part]
         rows += session.scalars(select(SearchTrack).where(or_(*wanted)))
     return _found(session, rows)
 
 
 def _found(session: Session, rows: Sequence[SearchTrack]) -> list[FoundTrack]:
-    runs = dict(_named(session, Run, {row.run_id for row in rows}))
-    videos = dict(_named(session, Video, {row.video_id for row in rows}))
+    runs = _names(session, Run, {row.run_id for row in rows})
+    videos = _names(session, Video, {row.video_id for row in rows})
     tags: dict[str, list[str]] = {}
-    wanted = sorted(videos)
-    for start in range(0, len(wanted), _MAX_KEYS):
-        of_videos = VideoTag.video_id.in_(wanted[start : start + _MAX_KEYS])
-        for video_id, tag in session.execute(
-            select(VideoTag.video_id, VideoTag.tag).where(of_videos).order_by(VideoTag.tag)
-        ):
+    for part in in_parts(list(videos)):
+        query = select(VideoTag.video_id, VideoTag.tag).where(VideoTag.video_id.in_(part)).order_by(VideoTag.tag)
+        for video_id, tag in session.execute(query):
             tags.setdefault(video_id, []).append(tag)
     sets = {key: newest(session, key) for key in {row.set_key for row in rows}}
     found = []
@@ -190,11 +171,10 @@ def _found(session: Session, rows: Sequence[SearchTrack]) -> list[FoundTrack]:
     return found
 
 
-def _named(session: Session, table: type[Run] | type[Video], ids: set[str]) -> list[tuple[str, str]]:
-    wanted, found = sorted(ids), []
-    for start in range(0, len(wanted), _MAX_KEYS):
-        query = select(table.id, table.name).where(table.id.in_(wanted[start : start + _MAX_KEYS]))
-        found += [(identity, name) for identity, name in session.execute(query)]
+def _names(session: Session, table: type[Run] | type[Video], ids: set[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for part in in_parts(sorted(ids)):
+        found |= {row[0]: row[1] for row in session.execute(select(table.id, table.name).where(table.id.in_(part)))}
     return found
 
 
@@ -219,6 +199,7 @@ def _cursor_position(request: SearchRequest) -> tuple[float, str, str]:
     try:
         sort, order, value, run_id, key = json.loads(base64.urlsafe_b64decode(request.cursor.encode()))
         position = float(value), str(run_id), str(key)
+        f"{run_id}{key}".encode()  # a lone surrogate is no text
     except (binascii.Error, ValueError, TypeError):
         position = None
     if position is None or (sort, order) != (request.sort, request.order) or position[0] != position[0]:

@@ -12,8 +12,6 @@ from app.edits.documents import TrackDoc
 from tsr_engine.exchange.dataset import Track
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["UNANSWERED", "LastEdit", "Rows", "attribute_text", "make_rows"]
-
 _MAX_VALUE_LENGTH = 200
 """Maximum number of characters of an attribute's value in the tables."""
 UNANSWERED = ""
@@ -45,7 +43,7 @@ def make_rows(
     tracks: Iterable[Track],
     documents: Mapping[str, TrackDoc],
     edits: Mapping[str, LastEdit],
-    uncertainty: Callable[[str, int | None], float],
+    uncertainty: Callable[[str, int], float],
     engine_label: Callable[[int], int | None],
     picture: tuple[int, int],
 ) -> Rows:

@@ -17,8 +17,6 @@ from app.storage.lookup import current_run_last
 from app.storage.models import Event, Run, SearchRun, Video
 from app.storage.servers import is_local
 
-__all__ = ["ExpectedRun", "expected_runs", "runs_have_changed", "stale_runs"]
-
 FORMAT: Final = 3
 """Version of the rows' contents; raise it so that all rows are made again."""
 

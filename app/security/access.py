@@ -19,8 +19,6 @@ from app.people.identity import OWNER, SECRET, Identity
 from app.security.proxies import BadProxyHeader, Proxies
 from app.security.tokens import Tokens
 
-__all__ = ["Access", "Denied", "cookie_name", "identity_of", "sign_in_cookie"]
-
 _KEY: Final = "tsr.identity"
 _MAX_QUERIES: Final = 16
 """Maximum number of requests that query the database for their caller at once."""

@@ -24,8 +24,6 @@ from uvicorn.server import ServerState
 from app.errors import error_body
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["BODY_IDLE_TIMEOUT_S", "HEAD_TIMEOUT_S", "ConnectionLimits"]
-
 HEAD_TIMEOUT_S: Final = 10.0
 """Seconds from the first byte (or the connection) to the end of a request's head."""
 BODY_IDLE_TIMEOUT_S: Final = 60.0

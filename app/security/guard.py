@@ -23,8 +23,6 @@ from app.errors import RETRY_AFTER, error_body
 from app.security.access import Access, Denied
 from app.storage.database import storage_failure
 
-__all__ = ["CSP", "Guard"]
-
 CSP: Final = (
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self'; connect-src 'self'; "
     "frame-src 'self'; object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"

@@ -11,8 +11,6 @@ from collections.abc import Iterable
 from starlette.datastructures import Headers
 from starlette.types import Scope
 
-__all__ = ["BadProxyHeader", "Proxies"]
-
 
 class BadProxyHeader(Exception):
     """A request has an invalid proxy header, or one that it may not have; the text is a sentence."""

@@ -11,8 +11,6 @@ from pathlib import Path
 
 from tsr_engine.errors import StorageError
 
-__all__ = ["Tokens", "home_token"]
-
 _MAX_LINKS = 32
 
 

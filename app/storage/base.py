@@ -8,8 +8,6 @@ from sqlalchemy import BigInteger, Integer
 from sqlalchemy.engine.default import DefaultExecutionContext
 from sqlalchemy.orm import DeclarativeBase
 
-__all__ = ["Base", "Sequence", "current_server", "now"]
-
 Sequence = BigInteger().with_variant(Integer, "sqlite")
 """Integers with autoincrement; SQLite supports that only for INTEGER keys."""
 

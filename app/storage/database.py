@@ -22,8 +22,6 @@ from app.storage.polling import Polled
 from tsr_engine.errors import UsageError
 from tsr_engine.io.storage_problems import database_problem
 
-__all__ = ["NETWORK_OPTIONS", "PING_INTERVAL_S", "WAIT_MS", "Database", "sqlite_file", "storage_failure"]
-
 T = TypeVar("T")
 
 WAIT_MS = 8000
@@ -49,6 +47,7 @@ NETWORK_OPTIONS: Final = {
 The address of the database may name others.
 """
 _PINGED_AT: Final = "tsr_pinged_at"
+_DISK_FULL: Final = "The disk is full: nothing was saved. Free some space; unsaved corrections are kept in the page."
 _FULL: Final = "53100"
 _READ_ONLY: Final = "25006"
 _TEMPORARY: Final = ("08", "57P", "53300", "53200", "55P03", "40001", "40P01")
@@ -227,12 +226,7 @@ class Database:
 def _on_connect(connection: sqlite3.Connection, _record: object) -> None:
     connection.isolation_level = None  # we begin transactions explicitly
     cursor = connection.cursor()
-    for pragma in (
-        "journal_mode = WAL",
-        "synchronous = FULL",
-        "foreign_keys = ON",
-        f"busy_timeout = {WAIT_MS}",
-    ):
+    for pragma in ("journal_mode = WAL", "synchronous = FULL", "foreign_keys = ON", f"busy_timeout = {WAIT_MS}"):
         cursor.execute(f"PRAGMA {pragma}")
     cursor.close()
 
@@ -256,9 +250,7 @@ def storage_failure(error: DBAPIError) -> ApiError | None:
         return _sqlite_failure(error.orig, text)
     state = str(getattr(error.orig, "sqlstate", None) or "")
     if state.startswith(_FULL):
-        return StorageFull(
-            "The disk is full: nothing was saved. Free some space; unsaved corrections are kept in the page."
-        )
+        return StorageFull(_DISK_FULL)
     if state.startswith(_READ_ONLY):
         return StorageFull(
             "The database is read-only at the moment. Unsaved corrections are kept in the page.",
@@ -275,9 +267,7 @@ def storage_failure(error: DBAPIError) -> ApiError | None:
 
 def _sqlite_failure(error: sqlite3.Error, text: str) -> ApiError | None:
     if "disk is full" in text:
-        return StorageFull(
-            "The disk is full: nothing was saved. Free some space; unsaved corrections are kept in the page."
-        )
+        return StorageFull(_DISK_FULL)
     if "disk i/o error" in text and database_problem(error) == "limit":
         return StorageFull(
             "The database may not grow: the server's limit on the size of files (ulimit -f) is reached. Nothing was "

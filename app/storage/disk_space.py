@@ -6,8 +6,6 @@ import shutil
 from pathlib import Path
 from typing import Final
 
-__all__ = ["MIN_FREE_BYTES", "shortage"]
-
 MIN_FREE_BYTES: Final = 16 * 2**20
 """Free bytes below which writing the database and files of jobs may fail."""
 

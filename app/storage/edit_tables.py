@@ -11,8 +11,6 @@ from app.storage.base import Base, Sequence, now
 from app.storage.utc_times import UtcDateTime
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["Edit", "Follow", "FollowPiece", "TrackDocument"]
-
 
 class Edit(Base):
     """One operation of a person on the tracks of a run: a row of the append-only log."""

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from app.errors import Invalid
 from tsr_engine.evaluation.box_tables import TRUTH_COLUMNS, RowError, read_truth_table
 
-__all__ = ["COLUMNS", "pack", "parse", "unpack"]
-
 COLUMNS: Final = TRUTH_COLUMNS
 """Header of the CSV, and order of the packed columns."""
 MAX_ROWS: Final = 2_000_000

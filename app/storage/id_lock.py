@@ -18,8 +18,6 @@ from app.storage.database import Database
 from app.storage.models import Server
 from tsr_engine.errors import StorageError
 
-__all__ = ["IdLock"]
-
 _TIMEOUT_S: Final = 3.0
 """Seconds until the connection of a dead server ends."""
 _KEEPALIVES: Final = ("tcp_keepalives_idle = 10", "tcp_keepalives_interval = 5", "tcp_keepalives_count = 3")
@@ -27,11 +25,7 @@ _KEEPALIVES: Final = ("tcp_keepalives_idle = 10", "tcp_keepalives_interval = 5",
 
 
 class IdLock:
-    """The lock on the id of this server; without effect if the database is not shared.
-
-    Args:
-        database: has the id.
-    """
+    """The lock on the id of this server; without effect if the database is not shared."""
 
     def __init__(self, database: Database) -> None:
         self._database = database

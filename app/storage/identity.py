@@ -16,8 +16,6 @@ from app.storage.database import Database
 from tsr_engine.errors import StorageError
 from tsr_engine.io.atomic import atomic_text
 
-__all__ = ["BOOT_ID_FILE", "lock_place", "open_database", "server_id", "store_shared_id", "stored_shared_id"]
-
 _FILE = "server.id"
 _SHARED = "shared.json"
 BOOT_ID_FILE = Path("/proc/sys/kernel/random/boot_id")

@@ -4,7 +4,5 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["RUN_ID"]
-
 RUN_ID = re.compile("[0-9a-f]{32}")
 """A run's id, which is also its name in the data folder."""

@@ -11,8 +11,6 @@ from app.storage.base import Base, Sequence, current_server, now
 from app.storage.utc_times import UtcDateTime
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["Event", "Job", "Server"]
-
 
 class Job(Base):
     """A job for a worker process: the durable queue."""

@@ -10,8 +10,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from app.storage.base import Base, Sequence, now
 from app.storage.utc_times import UtcDateTime
 
-__all__ = ["LabelPicture", "LabelSetDefault", "LabelSetVersion", "LabelWord"]
-
 
 class LabelSetVersion(Base):
     """One immutable version of a label set. A set that ships with the package has rows only after its first change."""

@@ -1,6 +1,9 @@
-"""Finds videos and runs."""
+"""Finds videos and runs; queries with many values."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final, TypeVar
 
 from sqlalchemy import UnaryExpression, func, select
 from sqlalchemy.orm import Session, undefer
@@ -8,16 +11,13 @@ from sqlalchemy.orm import Session, undefer
 from app.errors import NotFound
 from app.storage.models import Edit, Run, Video
 
-__all__ = ["current_run_last", "newest_edit", "require_run", "require_video"]
+T = TypeVar("T")
+ACTIVE: Final = ("queued", "running")
+"""States of a job, run, output or version of models that waits or is being worked on."""
 
 
 def require_video(session: Session, video_id: str, *, table: bool = False) -> Video:
-    """Return a video.
-
-    Args:
-        session: reads.
-        video_id: the video.
-        table: also load its frame table.
+    """Return a video; ``table``: with its frame table.
 
     Raises:
         NotFound: no such video.
@@ -38,6 +38,11 @@ def require_run(session: Session, run_id: str) -> Run:
     if run is None:
         raise NotFound(f"There is no run {run_id[:40]!r}.")
     return run
+
+
+def in_parts(values: Sequence[T], size: int = 500) -> Iterator[Sequence[T]]:
+    """Cut values into parts for one statement each, because databases limit the values of a statement."""
+    return (values[start : start + size] for start in range(0, len(values), size))
 
 
 def newest_edit(session: Session, run_id: str) -> int:

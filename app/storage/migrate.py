@@ -17,8 +17,6 @@ from sqlalchemy.exc import DBAPIError
 
 from tsr_engine.errors import StorageError
 
-__all__ = ["MIGRATIONS", "back_up", "migrate_tables"]
-
 MIGRATIONS = Path(__file__).parent / "migrations"
 
 

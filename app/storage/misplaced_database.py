@@ -15,8 +15,6 @@ from sqlalchemy import make_url
 
 from app.settings import DATABASE_FILE, Settings
 
-__all__ = ["fetch_misplaced"]
-
 _log = logging.getLogger("tsr.server")
 
 

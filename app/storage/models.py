@@ -23,35 +23,11 @@ from app.storage.work_tables import ReviewCount, Verdict, WorkDay
 from tsr_engine.json_shapes import JsonObject
 
 __all__ = [
-    "Assignment",
-    "Base",
-    "Edit",
-    "Event",
-    "Follow",
-    "FollowPiece",
-    "GroundTruth",
-    "Job",
-    "LabelPicture",
-    "LabelSetDefault",
-    "LabelSetVersion",
-    "LabelWord",
-    "ModelVersion",
-    "Output",
-    "Person",
-    "PersonSecret",
-    "ReviewCount",
-    "Run",
-    "SearchAttribute",
-    "SearchRun",
-    "SearchTrack",
-    "SecondOpinion",
-    "Server",
-    "TrackDocument",
-    "Verdict",
-    "Video",
-    "VideoTag",
-    "WorkDay",
-]
+    "Assignment", "Base", "Edit", "Event", "Follow", "FollowPiece", "GroundTruth", "Job", "LabelPicture",
+    "LabelSetDefault", "LabelSetVersion", "LabelWord", "ModelVersion", "Output", "Person", "PersonSecret",
+    "ReviewCount", "Run", "SearchAttribute", "SearchRun", "SearchTrack", "SecondOpinion", "Server", "TrackDocument",
+    "Verdict", "Video", "VideoTag", "WorkDay",
+]  # fmt: skip
 
 
 def _next_order(context: DefaultExecutionContext) -> int:

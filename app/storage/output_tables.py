@@ -11,8 +11,6 @@ from app.storage.base import Base, current_server, now
 from app.storage.utc_times import UtcDateTime
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["ModelVersion", "Output"]
-
 
 class Output(Base):
     """A file that was made from runs and can be downloaded: an export, a recording, a bug bundle, a 3-D page."""

@@ -10,8 +10,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from app.storage.base import Base, Sequence, now
 from app.storage.utc_times import UtcDateTime
 
-__all__ = ["Assignment", "Person", "PersonSecret", "SecondOpinion"]
-
 
 class Person(Base):
     """An account. A library without accounts has one user, who does not sign in."""

@@ -13,8 +13,6 @@ from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import PoolProxiedConnection
 
-__all__ = ["Polled"]
-
 T = TypeVar("T")
 
 

@@ -10,8 +10,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 
 from app.storage.base import Base
 
-__all__ = ["SearchAttribute", "SearchRun", "SearchTrack", "VideoTag"]
-
 _NOTED = text("notes != ''")
 
 

@@ -26,18 +26,6 @@ from app.storage.id_lock import IdLock
 from app.storage.models import ModelVersion, Output, Run, Server, Video
 from tsr_engine.periodic import call_periodically
 
-__all__ = [
-    "Servers",
-    "assign_local_files",
-    "has_local_files",
-    "is_local",
-    "other_server",
-    "require_local",
-    "shared_files_id",
-    "this_server",
-    "waiting_note",
-]
-
 _log = logging.getLogger("tsr.server")
 SHARED: Final = 0
 """Value of ``beats`` for shared files, which have no heartbeat and never count as dead."""
@@ -140,10 +128,6 @@ class Servers:
 
     Each server increments its row now and then. Clocks of machines differ, so only the change of the number counts,
     timed by this machine's steady clock.
-
-    Args:
-        database: shared.
-        home: data folder of this server.
     """
 
     heartbeat_interval = 15.0

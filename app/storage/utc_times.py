@@ -7,8 +7,6 @@ from datetime import UTC, datetime
 from sqlalchemy import DateTime, Dialect
 from sqlalchemy.types import TypeDecorator
 
-__all__ = ["UtcDateTime"]
-
 
 class UtcDateTime(TypeDecorator[datetime]):
     """A time with its zone. SQLite does not store the zone, so times are stored and returned in UTC."""

@@ -14,8 +14,6 @@ from sqlalchemy.orm import Mapped, mapped_column
 from app.storage.base import Base
 from app.storage.utc_times import UtcDateTime
 
-__all__ = ["ReviewCount", "Verdict", "WorkDay"]
-
 
 class ReviewCount(Base):
     """The numbers of tracks of a run that depend on its documents."""

@@ -22,16 +22,6 @@ from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.models import SHIPPED, read_manifest
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = [
-    "RUN_COMPONENTS",
-    "SHIPPED_ID",
-    "active_version",
-    "folder_with_hashes",
-    "hashes_of",
-    "models_for_start",
-    "models_of_run",
-]
-
 SHIPPED_ID: Final = "shipped"
 """Name of a server's models without any training: those of the package, or of the setting ``models``."""
 RUN_COMPONENTS: Final[tuple[str, ...]] = ("detector", "prior", "classifier", "network_classifier", "online")

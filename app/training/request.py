@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 from sqlalchemy.orm import Session
 
 from app.body_model import PLAIN, Model
 from app.errors import Conflict, Invalid, NotFound
+from app.storage.lookup import ACTIVE
 from app.storage.models import Output, Run, Video
 from app.storage.servers import require_local
 from app.videos.paths import allowed_path
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["ACTIVE", "NewModel", "lineage_of", "public_folders"]
-
-ACTIVE: Final = ("queued", "running")
-"""States of a version that is being trained."""
 OutputName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 RunName = Annotated[str, Field(pattern="^[0-9a-f]{32}$")]
 

@@ -12,22 +12,21 @@ from sqlalchemy.orm import Session
 
 from app.errors import Conflict, Invalid, NotFound
 from app.events import EventBus
-from app.files.shared import ensure_local, shared_files
+from app.files.shared import ensure_local, remove_shared
 from app.jobs.outcome import cancel_subject
 from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
+from app.storage.lookup import ACTIVE
 from app.storage.models import ModelVersion, Run
 from app.storage.servers import require_local
 from app.training.folders import RUN_COMPONENTS, SHIPPED_ID, active_version, hashes_of
-from app.training.request import ACTIVE, NewModel, lineage_of, public_folders
+from app.training.request import NewModel, lineage_of, public_folders
 from app.training.sources import TrainingSources, training_sources
 from app.training.view import ModelView, label_facts, library_labels, model_view, publish_model
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import MANIFEST, SHIPPED, load_component, read_manifest
 from tsr_engine.labels.model import LabelSet
-
-__all__ = ["TrainingService"]
 
 JOB: Final = "retrain"
 
@@ -84,14 +83,8 @@ class TrainingService:
             version = ModelVersion(
                 id=uuid.uuid4().hex,
                 name=wanted.name or self._next_name(session),
-                state="queued",
                 parent_id=None if parent is None else parent.id,
                 lineage={"asked": asked},
-                figures={},
-                models={},
-                stage="",
-                done=0,
-                promoted=0,
             )
             version.folder = f"models/{version.id}"
             session.add(version)
@@ -192,9 +185,7 @@ class TrainingService:
             self._events.publish(session, "removed", version_id, {"model": version_id})
         for suffix in ("", ".part", ".work"):
             shutil.rmtree(self._settings.home / "models" / f"{version_id}{suffix}", ignore_errors=True)
-        files = shared_files(self._settings)
-        if files is not None and version.place == files.id:
-            files.remove_in_background(version.folder)
+        remove_shared(self._settings, [(version.place, version.folder)])
 
     # ------------------------------------------------------------------------------------------------------ parts
 

@@ -13,8 +13,6 @@ from app.edits.history import undone_operations
 from app.storage.lookup import current_run_last
 from app.storage.models import Edit, Output, Run, TrackDocument, Video
 
-__all__ = ["ExportAge", "ReviewSource", "TrainingSources", "training_sources"]
-
 
 class ReviewSource(Model):
     """The current review of a video: that of its newest run with corrections."""

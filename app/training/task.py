@@ -28,8 +28,6 @@ from tsr_engine.training.corrections.exports import OpenedExport, open_export
 from tsr_engine.training.corrections.retrain import PARTS, Recipe, retrain
 from tsr_engine.training.public.train_parts import train_parts
 
-__all__ = ["retrain_models"]
-
 ExportReviews = Callable[[TaskContext, Sequence[str], Path], None]
 REVIEWS = "reviews.zip"
 """File of the temporary export of current reviews."""

@@ -13,8 +13,6 @@ from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import classes_of_keys
 from tsr_engine.labels.model import LabelSet
 
-__all__ = ["ModelView", "label_facts", "library_labels", "model_view", "publish_model"]
-
 
 class ModelView(Model):
     """One version of the model files."""

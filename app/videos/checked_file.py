@@ -14,23 +14,11 @@ from pathlib import Path
 from app.files.shared import shared_files
 from app.settings import Settings
 from app.storage.models import Video
-from app.videos.paths import open_allowed, root_of
+from app.videos.paths import root_of
 from app.videos.safe_open import LINK_ERRORS, open_inside, resolve_links
 from sample_videos import SHIPPED
 from tsr_engine.errors import VideoError
 from tsr_engine.io.opened_file import OpenedFile, Stamp, stamp_of, unreadable_message
-from tsr_engine.io.video_probe import check_file
-
-__all__ = [
-    "ChangedError",
-    "CheckedFile",
-    "allowed_roots",
-    "check_file",
-    "current_stamp",
-    "library_file",
-    "open_allowed",
-    "trusted_file",
-]
 
 
 class ChangedError(VideoError):
@@ -47,6 +35,8 @@ class CheckedFile:
 
     Attributes:
         path: its path.
+        roots: folders in which links are followed.
+        digest: SHA-256 that its bytes must have; None: only the server writes the file.
         stamp: its state when its bytes were last compared; None: never.
     """
 
@@ -64,21 +54,11 @@ class CheckedFile:
         """
         self.path = path
         self.stamp = stamp
-        self._roots = roots
-        self._digest = digest
+        self.roots = roots
+        self.digest = digest
 
     def __str__(self) -> str:
         return str(self.path)
-
-    @property
-    def roots(self) -> Sequence[Path]:
-        """Folders in which links are followed."""
-        return self._roots
-
-    @property
-    def digest(self) -> str | None:
-        """SHA-256 that the bytes must have."""
-        return self._digest
 
     @property
     def exists(self) -> bool:
@@ -101,8 +81,8 @@ class CheckedFile:
         file = self._open()
         try:
             before = file.stamp
-            if self._digest is not None and before != self.stamp:
-                if file.sha256() != self._digest:
+            if self.digest is not None and before != self.stamp:
+                if file.sha256() != self.digest:
                     raise ChangedError(f"{self.path} has changed since it was added. {_REMEDY}")
                 if file.stamp != before:
                     raise ChangedError(f"{self.path} was written to while it was read. {_REMEDY}")
@@ -114,7 +94,7 @@ class CheckedFile:
 
     def _open(self) -> OpenedFile:
         real = resolve_links(self.path)
-        root = root_of(real, self._roots)
+        root = root_of(real, self.roots)
         path = self.path if root is None else real
         try:
             return OpenedFile(open_inside(root or Path("/"), path), self.path)

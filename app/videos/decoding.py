@@ -25,17 +25,6 @@ from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import Picture
 
-__all__ = [
-    "PICTURE_TIMEOUT_S",
-    "Decoder",
-    "Encoding",
-    "LocalDecoder",
-    "Opener",
-    "SandboxedDecoder",
-    "encode_picture",
-    "open_in_process",
-]
-
 Encoding = Literal["jpeg", "webp"]
 PICTURE_TIMEOUT_S = 60.0
 """Seconds that one picture may take; far more than any takes on a busy machine, however far from its key frame."""

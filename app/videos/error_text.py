@@ -7,8 +7,6 @@ from pathlib import Path
 
 from app.storage.models import Video
 
-__all__ = ["with_upload_name"]
-
 
 def with_upload_name(video: Video, text: str) -> str:
     """Replace the path of an upload's copy in a text by the upload's name; the path tells people nothing.

@@ -18,18 +18,11 @@ from app.videos.error_text import with_upload_name
 from tsr_engine.errors import InputError, VideoError
 from tsr_engine.io.opened_file import Stamp
 
-__all__ = ["ChangedFiles", "confirm_content", "file_changed_error", "require_unchanged"]
-
 _OF_RUN = select(Video, Run.place, Run.name).join(Run, Run.video_id == Video.id).where(Run.id == bindparam("run"))
 
 
 def confirm_content(database: Database, file: CheckedFile, video: Video) -> None:
     """Make sure that a file has the video's bytes. They are read once after each change of the file.
-
-    Args:
-        database: stores that they were read.
-        file: file of the video.
-        video: its row.
 
     Raises:
         ChangedError: it has other bytes.

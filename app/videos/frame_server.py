@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 from app.errors import ApiError, Conflict
@@ -12,8 +13,6 @@ from app.videos.picture_cache import PictureCache
 from app.videos.previews import Previews, decoding_seconds
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.records import Picture
-
-__all__ = ["PREVIEW_THRESHOLD_S", "WIDTHS", "Encoding", "FrameServer", "FrameServerClosedError", "prefetch_order"]
 
 WIDTHS = (160, 320, 480, 640, 800, 960, 1120, 1280, 1600, 1920, 2560, 3840)
 """Widths in which pictures are served, besides their own."""
@@ -158,8 +157,18 @@ class FrameServer:
             self.video.close()
         self.previews.close()
 
-    def _foreground(self) -> _Foreground:
-        return _Foreground(self)
+    @contextmanager
+    def _foreground(self) -> Iterator[None]:
+        """Decode for a person's request, for which the thread pauses."""
+        with self._request:
+            self._waiting += 1
+        try:
+            with self._decoding:
+                yield
+        finally:
+            with self._request:
+                self._waiting -= 1
+                self._request.notify_all()
 
     def _decoded(self, ordinal: int, decode: Callable[[], T]) -> T:
         if self._closed:
@@ -211,24 +220,6 @@ class FrameServer:
             if k not in done and (self._id, k, width, encoding) not in self._cache:
                 return k
         return None
-
-
-class _Foreground:
-    """A person's request, for which the thread pauses."""
-
-    def __init__(self, frame_server: FrameServer) -> None:
-        self._frame_server = frame_server
-
-    def __enter__(self) -> None:
-        with self._frame_server._request:
-            self._frame_server._waiting += 1
-        self._frame_server._decoding.acquire()
-
-    def __exit__(self, *_: object) -> None:
-        self._frame_server._decoding.release()
-        with self._frame_server._request:
-            self._frame_server._waiting -= 1
-            self._frame_server._request.notify_all()
 
 
 def prefetch_order(ordinal: int, direction: int, count: int) -> Iterator[int]:

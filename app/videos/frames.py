@@ -16,18 +16,16 @@ from app.storage.database import Database
 from app.storage.lookup import require_video
 from app.storage.servers import require_local
 from app.videos.checked_file import ChangedError, current_stamp, library_file
-from app.videos.decoding import Opener, open_in_process
+from app.videos.decoding import Encoding, Opener, open_in_process
 from app.videos.error_text import with_upload_name
 from app.videos.file_changes import confirm_content, file_changed_error
-from app.videos.frame_server import WIDTHS, Encoding, FrameServer, FrameServerClosedError
+from app.videos.frame_server import FrameServer, FrameServerClosedError
 from app.videos.import_files import preview_path
 from app.videos.packed_table import unpack
 from app.videos.picture_cache import PictureCache
 from app.videos.previews import Previews
 from tsr_engine.errors import TsrError
 from tsr_engine.records import Picture
-
-__all__ = ["WIDTHS", "Encoding", "FrameService", "Served"]
 
 T = TypeVar("T")
 _MAX_OPEN = 4
@@ -55,12 +53,7 @@ class FrameService:
         decoder: opens a video's file; unset: in this process.
     """
 
-    def __init__(
-        self,
-        settings: Settings,
-        database: Database,
-        decoder: Opener = open_in_process,
-    ) -> None:
+    def __init__(self, settings: Settings, database: Database, decoder: Opener = open_in_process) -> None:
         self._decoder = decoder
         self._settings = settings
         self._database = database

@@ -5,8 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["clear_import", "import_files", "preview_path", "thumbnail_path"]
-
 
 def thumbnail_path(home: Path, video_id: str) -> Path:
     """Path of the thumbnail of a video."""

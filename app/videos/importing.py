@@ -23,8 +23,6 @@ from tsr_engine.errors import VideoError
 from tsr_engine.io.atomic import atomic_bytes
 from tsr_engine.io.video import open_video
 
-__all__ = ["MAX_FRAME_CPU_S", "THUMBNAIL_WIDTH", "import_video"]
-
 THUMBNAIL_WIDTH = 480
 MAX_FRAME_CPU_S = 300.0
 """Processor time that one frame may take, seconds: a hundred times that of the largest allowed picture."""

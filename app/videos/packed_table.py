@@ -13,8 +13,6 @@ from tsr_engine.errors import InputError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.models import ARCHIVE_ERRORS
 
-__all__ = ["TableAnswer", "pack", "page_table", "unpack"]
-
 _TIME = struct.Struct("<q")
 
 

@@ -14,8 +14,6 @@ from app.videos.safe_open import LINK_ERRORS, open_inside, resolve_links
 from tsr_engine.io.opened_file import OpenedFile, unreadable_message
 from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 
-__all__ = ["MAX_ENTRIES", "Listing", "allowed_path", "existing_files", "list_folder", "open_allowed", "root_of"]
-
 MAX_ENTRIES = 2000
 """Maximum number of listed folders and videos of one folder."""
 _SCAN_THRESHOLD = 16

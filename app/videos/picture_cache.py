@@ -6,8 +6,6 @@ import threading
 from collections import OrderedDict
 from collections.abc import Hashable
 
-__all__ = ["PictureCache"]
-
 
 class PictureCache:
     """A thread-safe map from keys to bytes with a maximum size."""

@@ -13,8 +13,6 @@ from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.video import Video
 from tsr_engine.io.video_writer import VideoWriter
 
-__all__ = ["KEY_FRAME_INTERVAL", "MAX_WIDTH", "decode_all"]
-
 KEY_FRAME_INTERVAL = 12
 """Distance of key frames in the copy, frames."""
 MAX_WIDTH = 640

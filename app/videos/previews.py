@@ -20,8 +20,6 @@ from tsr_engine.errors import TsrError, VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 
-__all__ = ["MAX_SEEK_S", "Previews", "decoding_seconds", "needs_preview"]
-
 _SECONDS_A_PIXEL = 5.4e-9
 """Decoding time of one thread per pixel, s: 5 ms for 1280x720."""
 MAX_SEEK_S = 0.15

@@ -14,8 +14,6 @@ import struct
 from pathlib import Path
 from typing import Final
 
-__all__ = ["LINK_ERRORS", "open_inside", "openat2", "resolve_links"]
-
 LINK_ERRORS: Final = (errno.ELOOP, errno.EXDEV)
 """Errors of the kernel for a path that goes through a link, or out of the folder."""
 _OPENAT2: Final = 437

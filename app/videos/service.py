@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import stat
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,30 +11,31 @@ from pydantic_core import to_json
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.errors import Conflict, Invalid, NotFound, UnsupportedMedia
+from app.errors import Conflict, Invalid, NotFound, OnOtherServer, UnsupportedMedia
 from app.events import EventBus
-from app.files.shared import ensure_local, shared_files
+from app.files.shared import ensure_local, remove_shared
+from app.ground_truths.service import GroundTruthService
 from app.jobs.queue import JobQueue
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.lookup import require_video
 from app.storage.models import Job, Run, Video
 from app.storage.servers import Servers, require_local, this_server
-from app.videos.checked_file import allowed_roots, check_file, library_file, open_allowed, trusted_file
+from app.videos.checked_file import allowed_roots, library_file, trusted_file
 from app.videos.import_files import clear_import, import_files, thumbnail_path
 from app.videos.packed_table import unpack
-from app.videos.samples import SampleDrives
+from app.videos.paths import open_allowed
 from app.videos.uploads import Uploads
 from app.videos.view import VideoView, publish_video, video_listing, video_view
+from sample_videos import SHIPPED
 from tsr_engine.errors import VideoError
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import Stamp, stamp_of
 from tsr_engine.io.unfinished import fsync_path
+from tsr_engine.io.video_probe import check_file
 
-__all__ = ["VideoService"]
 
-
-class VideoService(SampleDrives):
+class VideoService:
     """Videos, identified by their SHA-256."""
 
     def __init__(
@@ -110,6 +112,32 @@ class VideoService(SampleDrives):
             if video.frame_table is None:
                 raise Conflict(f"{video.name} is {video.state}: its frames are not known yet.", code="not_ready")
             return unpack(video.frame_table)
+
+    def add_samples(self, ground_truths: GroundTruthService) -> None:
+        """Add the bundled drives with their exact ground truth to the library; existing ones stay as they are."""
+        for clip in reversed(SHIPPED):
+            with trusted_file(clip.video).open() as file:
+                place, stamp, digest = clip.video.resolve(), file.stamp, file.sha256()
+            with self._database.read() as session:
+                known = session.get(Video, digest)
+            if known is not None and (known.path == str(place) or known.place == self._database.shared is not None):
+                continue
+            try:
+                self.add_row(digest, clip.video.name, place, stamp, owned=False, sample=True)
+            except OnOtherServer:
+                continue  # another server of the database has it
+            if known is None:
+                ground_truths.put(digest, "exact truth", clip.truth.read_bytes())
+
+    def sample(self) -> tuple[str, str | None] | None:
+        """Return video and newest run of the first bundled drive, if it is in the library."""
+        with self._database.read() as session:
+            for clip in SHIPPED:
+                video = session.scalars(select(Video).where(Video.sample, Video.name == clip.video.name)).first()
+                if video is not None:
+                    newest = select(Run.id).where(Run.video_id == video.id, Run.kind == "engine")
+                    return video.id, session.scalars(newest.order_by(Run.order.desc()).limit(1)).first()
+        return None
 
     def add_path(self, text: str) -> VideoView:
         """Add a file of this machine; known content is the same video, and gets the new path.
@@ -200,8 +228,7 @@ class VideoService(SampleDrives):
         with self._database.write() as session:
             video = session.get(Video, digest)
             if video is None:
-                video = Video(id=digest, name=name, path=str(path), size=stamp[1], state="importing")
-                video.owned, video.sample = owned, sample
+                video = Video(id=digest, name=name, path=str(path), size=stamp[1], owned=owned, sample=sample)
                 session.add(video)
                 session.flush()
                 self._jobs.submit(session, "import", digest, priority=10)
@@ -247,9 +274,10 @@ class VideoService(SampleDrives):
         if owned:
             self._uploads.remove(path)
         clear_import(home, video_id)
-        self.remove_folders([run.folder for run in runs])
-        if (files := shared_files(self._settings)) is not None:
-            names = f"videos/{video_id}", *(str(path.relative_to(home)) for path in import_files(home, video_id))
-            run_folders = [run.folder for run in runs if run.place == files.id and run.folder.startswith("runs/")]
-            files.remove_in_background(*(names if video.place == files.id else ()), *run_folders)
+        evidence = [run for run in runs if run.folder.startswith("runs/") and ".." not in run.folder]
+        for run in evidence:
+            shutil.rmtree(home / run.folder, ignore_errors=True)
+        names = f"videos/{video_id}", *(str(path.relative_to(home)) for path in import_files(home, video_id))
+        of_runs = [(run.place, run.folder) for run in evidence]
+        remove_shared(self._settings, [*((video.place, name) for name in names), *of_runs])
         return [run.id for run in runs]

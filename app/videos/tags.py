@@ -14,8 +14,6 @@ from app.storage.database import Database
 from app.storage.models import Video, VideoTag
 from app.videos.view import publish_video
 
-__all__ = ["Tag", "TagRequest", "change_tags"]
-
 
 def _trimmed(tag: str) -> str:
     tag = " ".join(tag.split())

@@ -20,8 +20,6 @@ from app.storage.database import Database
 from app.storage.models import Video
 from app.storage.servers import this_server
 
-__all__ = ["Uploads"]
-
 
 @dataclass(slots=True)
 class _FileLock:
@@ -30,12 +28,7 @@ class _FileLock:
 
 
 class Uploads:
-    """The folder ``uploads``; only one server uses it, see ``server.lock``.
-
-    Args:
-        home: the data folder.
-        database: its rows say which files are videos.
-    """
+    """The folder ``uploads``; only one server uses it, see ``server.lock``."""
 
     def __init__(self, home: Path, database: Database) -> None:
         self._folder = home / "uploads"
@@ -45,11 +38,7 @@ class Uploads:
 
     @contextmanager
     def lock(self, digest: str) -> Iterator[None]:
-        """Lock the file of a digest against others that would add or remove it; take the lock before any transaction.
-
-        Args:
-            digest: SHA-256 of the bytes.
-        """
+        """Lock the file of a SHA-256 against others that would add or remove it; take it before any transaction."""
         with self._lock:
             file_lock = self._locks.setdefault(digest, _FileLock())
             file_lock.users += 1

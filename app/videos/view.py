@@ -15,8 +15,6 @@ from app.storage.servers import this_server
 from app.videos.paths import existing_files
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["ReviewProgress", "VideoView", "publish_video", "video_listing", "video_view"]
-
 
 class ReviewProgress(Model):
     """Progress of the review of the newest complete run, counted as in the queue.

@@ -7,8 +7,6 @@ from tsr_engine.labels.classes import RunClasses
 from tsr_engine.pipeline import TrackSummary
 from tsr_engine.runs.replay import ReplayReport
 
-__all__ = ["MAX_ENTRIES", "difference"]
-
 MAX_ENTRIES = 500
 """Maximum number of entries in a list; ``counts`` holds the full numbers."""
 

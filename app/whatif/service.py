@@ -13,14 +13,12 @@ from app.jobs.queue import JobQueue
 from app.runs.parameters import params_of, present_parameters
 from app.runs.view import publish_run
 from app.storage.database import Database
-from app.storage.lookup import require_run
+from app.storage.lookup import ACTIVE, require_run
 from app.storage.models import Run
 from app.storage.servers import require_local
 from tsr_engine.params import Params
 from tsr_engine.params.replayable import changed_parameters, is_replayable
 from tsr_engine.version import __version__
-
-__all__ = ["PRIORITY", "WhatIfService"]
 
 PRIORITY = 20
 """Priority before waiting runs and imports, because a replay takes seconds and a person waits for it."""
@@ -61,16 +59,13 @@ class WhatIfService:
                 kind="whatif",
                 name=name or _title(before, params),
                 parent_id=origin.id,
-                state="queued",
                 preset=origin.preset,
                 parameters=merged,
                 first=origin.first,
                 stop=origin.stop,
-                frames_done=0,
                 frames_total=origin.frames_done,
                 engine_version=__version__,
                 models=dict(origin.models),
-                summary={},
             )
             run.folder = f"runs/{run.id}"
             session.add(run)
@@ -90,7 +85,7 @@ def _origin(session: Session, run: Run) -> Run:
 def _require_replayable(run: Run) -> None:
     if run.kind == "imported":
         raise Conflict(f"{run.name} was imported, so it has no evidence to replay.", code="not_replayable")
-    if run.state in ("queued", "running"):
+    if run.state in ACTIVE:
         raise Conflict(f"{run.name} is still {run.state}. Wait until it is complete.", code="still_running")
 
 

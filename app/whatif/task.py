@@ -13,7 +13,7 @@ from app.files.shared import ensure_local
 from app.jobs.context import Stopped, TaskContext
 from app.labels.mapping import classes_in, labels_of_model
 from app.runs.focus import focus_of
-from app.runs.parameters import params_of
+from app.runs.parameters import as_setting, params_of
 from app.runs.source_run import run_of_job
 from app.runs.view import publish_run
 from app.storage.models import Run
@@ -24,8 +24,6 @@ from tsr_engine.params import Params
 from tsr_engine.pipeline import Components, load_components
 from tsr_engine.runs.replay import ReplayReport, check_models, replay, run_params
 from tsr_engine.version import __version__
-
-__all__ = ["PROGRESS_INTERVAL_S", "replay_into", "run_whatif"]
 
 PROGRESS_INTERVAL_S = 0.3
 """Seconds between updates of the progress."""
@@ -46,7 +44,7 @@ def run_whatif(task: TaskContext) -> None:
         publish_run(session, task.events, run)
     source = ensure_local(task.settings, parent.place, parent.folder)
     with EvidenceReader(source) as reader:
-        params = run_params(reader).with_settings([(k, _plain(v)) for k, v in run.parameters.items()])
+        params = run_params(reader).with_settings([(name, as_setting(value)) for name, value in run.parameters.items()])
         components = load_components(params, models)
         check_models(reader, components, params)
         report = ReplayReport()
@@ -109,7 +107,3 @@ def replay_into(
         for frame in replay(reader.folder, params, components, report=report):
             writer.append(frame, next(entries)[1])
             yield report.frames
-
-
-def _plain(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value

@@ -21,11 +21,6 @@ from sqlalchemy import create_engine, make_url
 
 from app.storage.database import Database
 
-__all__ = [
-    "Cluster", "bare_database_url", "cluster", "database", "database_url", "new_database", "put_tables",
-    "running_cluster",
-]  # fmt: skip
-
 
 class Cluster:
     """A separate PostgreSQL on a socket.

@@ -9,8 +9,6 @@ from app.jobs.outcome import report_failure
 from app.jobs.worker import perform
 from tsr_engine.errors import TsrError
 
-__all__ = ["run_jobs"]
-
 
 def run_jobs(context: Context, *kinds: str) -> None:
     """Run all waiting jobs, or those of some kinds."""

@@ -19,6 +19,7 @@ import pytest
 
 from app.cli.serve import ReviewServer, open_link, serve
 from app.settings import Settings
+from sample_videos import SHIPPED
 from tests.forked_program import ForkedProgram, run_forked
 from tests.waiting import time_limit
 
@@ -181,6 +182,8 @@ def test_refusals_are_sentences(tmp_path: Path) -> None:
     damaged = tmp_path / "damaged"
     damaged.mkdir()
     (damaged / "tsr.sqlite").write_bytes(b"garbage" * 1000)
+    joined = tmp_path / "half\u200cspace.mp4"  # as in Persian
+    joined.write_bytes(SHIPPED[0].video.read_bytes())
     for (code, said), words in (
         (
             call(home, "--port", "0", TSR_HOME=str(tmp_path / "damaged")),
@@ -188,6 +191,7 @@ def test_refusals_are_sentences(tmp_path: Path) -> None:
         ),
         (call(home, "missing.mp4"), "There is no video"),
         (call(home, __file__), "is not a video"),
+        (call(home, "--port", "0", str(joined)), "characters that are not allowed in file names here"),
         (call(home, "--root", "/none"), "There is no folder of videos at /none"),
         (call(home, "--root", __file__), "Expected a folder of videos"),
         (call(home, "--home", ""), "The value of --home is empty"),

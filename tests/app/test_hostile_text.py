@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from app.api.request_body import safe_name
 from tests.app import toy_home
 from tests.app.databases import new_database
 from tests.app.toy_server import Server
@@ -93,6 +94,13 @@ def test_hostile_parameter_values_are_refused(
     error = answer.json()["error"]
     assert (answer.status_code, error["field"]) == (422, field), answer.text
     assert words in error["message"]
+
+
+def test_long_names_of_files_are_cut_before_their_extension(server: Server) -> None:
+    assert safe_name(f"{'x' * 200}.zip", "import").endswith("x.zip")
+    headers, query = {"Content-Type": "application/octet-stream"}, {"name": "\u8def" * 110 + ".names"}
+    answer = server.client.post("/api/label-sets/gtsrb-43/files", params=query, content=b"stop\n", headers=headers)
+    assert answer.status_code == 200, answer.text
 
 
 @pytest.mark.parametrize("bad", ["%00", "%ed%a0%80", "%ff", "%c0%80"])

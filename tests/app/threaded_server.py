@@ -17,8 +17,6 @@ from app.security.connections import ConnectionLimits
 from tests.app.toy_server import Server
 from tests.waiting import time_limit
 
-__all__ = ["ThreadedServer", "serve_in_thread"]
-
 
 class ThreadedServer:
     """A served application."""

@@ -54,10 +54,7 @@ def test_deleted_from_a_frame_on(home: Any) -> None:
 
 
 def test_a_rejected_second_track_on_a_kept_sign(home: Any) -> None:
-    own = TrackDoc(
-        key="h1234567",
-        keys={str(k): KeyFrame(box=sign_box(k)) for k in range(46, 70)},
-    )
+    own = TrackDoc(key="h1234567", keys={str(k): KeyFrame(box=sign_box(k)) for k in range(46, 70)})
     found = expected(home, TrackDoc(key="m2", gone=True), own)
     assert ids(found) == ["h1234567.found", "h1234567.one"]
 
@@ -92,10 +89,7 @@ def test_no_class_expects_no_label(home: Any) -> None:
 
 
 def test_hidden_frames_expect_nothing(home: Any) -> None:
-    keys = {
-        "50": KeyFrame(box=sign_box(50), occluded=True),
-        "60": KeyFrame(box=sign_box(60)),
-    }
+    keys = {"50": KeyFrame(box=sign_box(50), occluded=True), "60": KeyFrame(box=sign_box(60))}
     found = expected(home, whole_track(keys=keys))
     assert found.signs["m2"].hidden == list(range(50, 60))
     assert [one.frames for one in found.expected] == [[60]]

@@ -117,10 +117,7 @@ def test_every_figure_opens_its_places() -> None:
 
 def test_a_sign_without_a_class_is_neither_missed_nor_false() -> None:
     reference = table([*line(1, range(4), 0.0, -1), *line(2, range(4), 100.0), *line(3, range(4), 200.0, -1)], "t")
-    candidate = table(
-        [*line(1, range(4), 0.0, -1), *line(2, range(4), 100.0, -1), *line(9, range(3), 50.0, -1)],
-        "m",
-    )
+    candidate = table([*line(1, range(4), 0.0, -1), *line(2, range(4), 100.0, -1), *line(9, range(3), 50.0, -1)], "m")
     found = confusion(reference, candidate, match(reference, candidate))
     assert {(cell.reference, cell.candidate): (cell.count, cell.tracks, cell.partners) for cell in found.cells} == {
         (-1, -1): (4, ["t1"], ["m1"]),

@@ -7,8 +7,6 @@ from typing import Any
 
 from tests.app.toy_server import Server
 
-__all__ = ["EditClient", "error_of", "if_match_header", "relabel"]
-
 
 class EditClient:
     """One person's page."""

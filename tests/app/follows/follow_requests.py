@@ -9,8 +9,6 @@ from sqlalchemy import func, select
 from app.storage.models import Event, Follow, FollowPiece, Job
 from tests.app.toy_server import Server
 
-__all__ = ["LEASE_S", "NO_ROWS", "anchor_of", "edit", "start_follow", "stored_rows"]
-
 LEASE_S = 600.0
 """Seconds that the server of the tests keeps a follow in progress which nobody reads."""
 

@@ -15,8 +15,8 @@ from sqlalchemy import select
 
 from app.follows import prepared_video
 from app.follows.task import follow_track
+from app.job_subjects import on_job_failed
 from app.jobs.context import Stopped, TaskContext
-from app.on_job_failed import on_job_failed
 from app.storage.models import Follow, Video
 from tests.app.follows.follow_requests import NO_ROWS, anchor_of, edit, start_follow, stored_rows
 from tests.app.inline_worker import run_jobs

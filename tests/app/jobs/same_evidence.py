@@ -8,8 +8,6 @@ from pathlib import Path
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.evidence.compare import differences
 
-__all__ = ["assert_same_evidence"]
-
 
 def assert_same_evidence(one: Path, other: Path) -> None:
     """Fail with the first differences; timings are ignored."""

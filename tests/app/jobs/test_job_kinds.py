@@ -14,10 +14,9 @@ from app.job_kinds import KINDS
 from app.jobs.context import Stopped, TaskContext
 from app.jobs.kinds import JobKinds
 from app.jobs.outcome import notify_subject
-from app.jobs.preload import preparations
 from app.jobs.queue import MAX_CRASHES, JobQueue
 from app.jobs.supervisor import Supervisor
-from app.jobs.tasks import TaskKind
+from app.jobs.tasks import TaskKind, preparations
 from app.jobs.worker import execute
 from app.settings import Settings
 from app.storage.database import Database

@@ -102,7 +102,7 @@ def test_a_dead_standby_worker_is_replaced(standby: Standby) -> None:
 
 def test_the_standby_worker_loads_modules_of_jobs() -> None:
     code = (
-        "import sys, app.jobs.preload as r; from app.job_kinds import KINDS\n"
+        "import sys, app.jobs.tasks as r; from app.job_kinds import KINDS\n"
         "needed = {'rerun', 'tsr_engine.runs.replay', 'app.exchange.task'}\n"
         "assert not needed & set(sys.modules)\n"
         "for step in r.preparations(KINDS): step()\n"

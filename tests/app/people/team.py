@@ -9,8 +9,6 @@ from starlette.testclient import TestClient
 from app.people.roles import ROLES, Role
 from tests.app.toy_server import Server
 
-__all__ = ["NAMES", "Team", "make_team"]
-
 NAMES: dict[Role, str] = {"viewer": "Vera", "annotator": "Anna", "reviewer": "Rolf", "admin": "Adam"}
 
 

@@ -101,7 +101,10 @@ def test_frames_of_a_video_go_to_several_people(tracked_home: ToyHome, team_serv
     assert_refused(
         assign(rolf, tracked_home.video_id, first=39, stop=60), 409, "Anna has drive.mp4 already, frames 0 to 39"
     )
-    assert assign(rolf, tracked_home.video_id, first=40, stop=75).status_code == 201
+    (last,) = assign(rolf, tracked_home.video_id, first=40, stop=75).json()["assignments"]
+    assert_refused(change(rolf, last, person="Vera"), 409, "Vera has drive.mp4 already, from frame 40")
+    last = change(rolf, last, person="Anna").json()
+    assert (last["person"], last["revision"]) == ("Anna", 2)
     for first, stop in ((0, 76), (75, None), (5, 5), (9, 3)):
         assert_refused(assign(rolf, tracked_home.video_id, "Adam", first=first, stop=stop), 422, "end by 75")
     found = rolf.get("/api/assignments", params={"video": tracked_home.video_id, "person": "Anna"}).json()[

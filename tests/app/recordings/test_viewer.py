@@ -49,7 +49,7 @@ def recorded_starts(folder: Path) -> list[Any]:
 
 def test_files_are_extracted_once_and_kept_gzipped(imitation: Path, tmp_path: Path) -> None:
     files = ViewerFiles(tmp_path / "home", "9.9.9", imitation)
-    assert not files.ready()
+    assert not files.folder.exists()
     threads = [threading.Thread(target=files.ensure) for _ in range(4)]
     for thread in threads:
         thread.start()
@@ -82,6 +82,12 @@ def test_a_program_that_does_not_start_is_one_sentence(text: str, tmp_path: Path
     ):
         files.ensure()
     assert not list((tmp_path / "home" / "cache").iterdir())
+
+
+def test_a_folder_that_cannot_be_written_is_one_sentence(imitation: Path, tmp_path: Path) -> None:
+    (tmp_path / "cache").touch()
+    with pytest.raises(Busy, match="cannot be shown here: .*cache"):
+        ViewerFiles(tmp_path, "9.9.9", imitation).ensure()
 
 
 def test_the_installed_sdk_has_the_required_viewer(tmp_path_factory: pytest.TempPathFactory) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -54,6 +56,36 @@ def test_a_run_cannot_be_removed_during_its_what_if(server: Server, home: Any, w
     server.client.post(f"/api/runs/{requested['id']}/cancel")
     assert server.client.delete(f"/api/runs/{home.run_id}").status_code == 204
     assert server.client.get(f"/api/runs/{requested['id']}").status_code == 404
+
+
+def test_what_is_open_of_removed_runs_is_closed(server: Server, home: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    whatif = server.client.post(f"/api/runs/{home.run_id}/whatif", json={"parameters": {"tau": 4}}).json()["id"]
+    runs = server.context.settings.home / "runs"
+    shutil.copytree(runs / home.run_id, runs / whatif)
+    with server.context.database.write() as session:
+        server.context.jobs.cancel(session, whatif)
+        session.get_one(Run, whatif).state = "complete"
+    for run in (home.run_id, whatif):
+        assert server.client.get(f"/api/runs/{run}/tracks").json()["id"]
+    assert open_files_of(whatif)
+    viewed: list[str] = []
+    monkeypatch.setattr(server.context.scene3d, "forget", viewed.append)
+    assert server.client.delete(f"/api/runs/{home.run_id}").status_code == 204
+    assert sorted(viewed) == sorted([home.run_id, whatif])
+    assert not open_files_of(whatif)
+
+
+def test_views_of_a_removed_video_are_closed(server: Server, home: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    viewed: list[str] = []
+    monkeypatch.setattr(server.context.scene3d, "forget", viewed.append)
+    assert server.client.delete(f"/api/videos/{home.video_id}").status_code == 204
+    assert viewed == [home.run_id]
+
+
+def open_files_of(run_id: str) -> list[str]:
+    """Paths of the files in a run's folder that this process has open."""
+    paths = [str(entry.readlink()) for entry in Path("/proc/self/fd").iterdir() if entry.is_symlink()]
+    return [path for path in paths if run_id in path]
 
 
 def test_the_start_of_a_server_removes_only_folders_of_removed_runs(server: Server, home: Any) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import json
+
 import pytest
 
 from tests.app.edits.edit_client import EditClient
@@ -92,7 +95,9 @@ def test_pages_follow_each_other_in_both_orders(library: Library) -> None:
             found += [track["key"] for track in page["tracks"]]
         assert found == expected
     assert "cursor" in library.refused(sort="size", cursor=library.search(limit=1)["next"])
-    assert "cursor" in library.refused(cursor="bm9uc2Vuc2U=")
+    no_text = base64.b64encode(json.dumps(["uncertainty", "desc", 0.5, "\ud800", "m1"]).encode()).decode()
+    for cursor in ("bm9uc2Vuc2U=", no_text):
+        assert "cursor" in library.refused(cursor=cursor)
 
 
 def test_an_older_run_is_found_on_request(library: Library) -> None:
@@ -146,6 +151,7 @@ def test_filter_by_day_of_the_last_edit(library: Library) -> None:
     assert found["key"] == key
     assert library.keys(since=day, until=day) == [key]
     assert library.keys(until="2020-01-01") == library.keys(since="2100-01-01") == []
+    assert library.keys(since="0001-01-01", until="9999-12-31") == [key]
     assert library.search(sort="edited")["tracks"][0]["key"] == key
 
 

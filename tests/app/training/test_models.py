@@ -79,10 +79,7 @@ def test_training_on_the_current_review_gives_the_same_and_stores_its_revision(
 
 @pytest.mark.parametrize(
     ("body", "status", "words"),
-    [
-        ({"reviews": ["0" * 32]}, 404, "There is no run"),
-        ({"reviews": []}, 422, "Name at least one reviewed run"),
-    ],
+    [({"reviews": ["0" * 32]}, 404, "There is no run"), ({"reviews": []}, 422, "Name at least one reviewed run")],
 )
 def test_reviews_without_training_data_are_refused(
     api: TrainingClient, body: dict[str, Any], status: int, words: str

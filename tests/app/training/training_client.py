@@ -9,8 +9,6 @@ from tests.app import toy_home
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 
-__all__ = ["TrainingClient"]
-
 
 class TrainingClient:
     """One server on a toy home, with helpers."""

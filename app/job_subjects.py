@@ -1,4 +1,4 @@
-"""Updates what a job works on after the job has failed, was cancelled or waits again."""
+"""Updates what a job works on when the job fails, is cancelled or waits again, and when it has a note."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from app.training.view import publish_model
 from app.videos.error_text import with_upload_name
 from app.videos.view import publish_video
 
-__all__ = ["on_job_failed"]
-
 Subject = Follow | ModelVersion | Output | Run | Video
 """Subjects of jobs."""
+NoteSubject = Follow | ModelVersion | Run
+"""Subjects that have a note."""
 
 
 def on_job_failed(
@@ -59,6 +59,28 @@ def on_job_failed(
         case ModelVersion():
             subject.state, subject.error, subject.finished = state, error, _finished(state)
             subject.stage = subject.note = ""
+            publish_model(session, events, subject)
+
+
+def on_job_note(subject_class: type[NoteSubject], session: Session, events: EventBus, job: Job, note: str) -> None:
+    """Set the note of a job's subject, and notify pages.
+
+    Args:
+        subject_class: class of the subjects of this kind of job.
+        session: of the writing transaction.
+        events: notifies the pages; a page polls for its follow.
+        job: the job.
+        note: a few words for a progress line; empty: nothing to say.
+    """
+    subject = session.get(subject_class, job.subject)
+    match subject:
+        case Run():
+            subject.note = note
+            publish_run(session, events, subject)
+        case Follow():
+            subject.note = note
+        case ModelVersion():
+            subject.note = note
             publish_model(session, events, subject)
 
 
