@@ -13,8 +13,6 @@ from typing import Final
 
 from tsr_engine.errors import UsageError
 
-__all__ = ["EXTRAS", "MissingExtra", "explained", "missing_extra", "require_extra"]
-
 EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
         "review": (

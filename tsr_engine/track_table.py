@@ -18,8 +18,6 @@ from tsr_engine.geometry.boxes import area, clip
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray, Source
 
-__all__ = ["NO_CLASS", "NO_SOURCE", "SOURCES", "BoolArray", "IntArray", "TrackTable"]
-
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 

@@ -16,19 +16,6 @@ import numpy as np
 
 from tsr_engine.errors import StorageError
 
-__all__ = [
-    "ALPHABET",
-    "AWAKE",
-    "BAR",
-    "HUSH",
-    "PLAIN",
-    "ViserPage",
-    "from_base88",
-    "page_scripts",
-    "policy",
-    "viser_page",
-]
-
 HUSH: Final = (
     "addEventListener('unhandledrejection', (event) => { "
     "if (event.reason instanceof EvalError) event.preventDefault(); });"

@@ -33,8 +33,6 @@ from tsr_engine.records import Picture
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["Scene3dService", "context_of", "first_view_state", "marked_tracks", "pictures_of"]
-
 MAX_VIEWS = 4
 IDLE_TIMEOUT_S = 45.0
 """Seconds that a view lives on without viewers."""

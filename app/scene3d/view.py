@@ -23,8 +23,6 @@ from app.scene3d.viser_host import ViserHost
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["SCENES", "View", "configure_server"]
-
 SCENES: dict[Mode, Callable[[SceneContext], Scene]] = {"volume": VolumeScene, "prior": PriorScene, "drive": DriveScene}
 _STRETCHES = {"whole run": 0.0, "2 minutes": 120.0, "30 seconds": 30.0, "8 seconds": 8.0}
 LONG_RUN_S = 150.0

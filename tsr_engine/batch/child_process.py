@@ -13,8 +13,6 @@ from collections.abc import Mapping
 from tsr_engine.errors import ModelError
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["exit_with_parent", "limit_memory", "require_models", "send_message", "send_note"]
-
 
 def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:
     """Refuse models that differ from those of the task.

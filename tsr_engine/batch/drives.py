@@ -12,8 +12,6 @@ from pathlib import Path
 from tsr_engine.errors import InputError
 from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 
-__all__ = ["find_drives", "folder_names"]
-
 _UNSAFE = re.compile(r"[^\w.-]+")
 
 

@@ -16,8 +16,6 @@ from tsr_engine.batch.process import MAX_ATTEMPTS, run_task
 from tsr_engine.batch.task import DriveTask, Outcome
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["TaskProgress", "run_locally", "run_on_ray"]
-
 _NOTE_WAIT_S: Final = 5.0
 """Seconds to wait for the notes."""
 TaskProgress = Callable[[int, int, int | None], None]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import html
 from typing import Final
 
-__all__ = ["html_page"]
-
 _STYLE: Final = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem }
 :root { color-scheme: light dark }

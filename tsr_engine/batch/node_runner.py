@@ -21,8 +21,6 @@ from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.runs.report import Progress, RunReport
 
-__all__ = ["NOTE_AFTER_S", "WAITING_FOR_NODE", "NodeLost", "run_on_node"]
-
 _POLL_INTERVAL_S: Final = 0.25
 """Seconds between two polls of a run."""
 _NODE_TIMEOUT_S: Final = 60.0

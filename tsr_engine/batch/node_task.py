@@ -8,8 +8,6 @@ from pathlib import Path
 from tsr_engine.runs.report import RunRequest
 from tsr_engine.version import __version__
 
-__all__ = ["NodeTask"]
-
 
 @dataclass(frozen=True, slots=True)
 class NodeTask:

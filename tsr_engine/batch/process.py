@@ -12,8 +12,6 @@ from typing import Final
 
 from tsr_engine.batch.task import DriveTask, Outcome
 
-__all__ = ["MAX_ATTEMPTS", "run_task"]
-
 MAX_ATTEMPTS: Final = 3
 """Number of tries for a drive whose process dies without a message."""
 FrameProgress = Callable[[int, int | None], None]

@@ -23,8 +23,6 @@ from tsr_engine.batch.task import DriveTask
 from tsr_engine.batch.worker import REPORT_FILE, unfinished_folder
 from tsr_engine.errors import StorageError, UsageError
 
-__all__ = ["BatchProgress", "BatchRequest", "run_batch"]
-
 
 @dataclass(frozen=True)
 class BatchRequest:

@@ -13,8 +13,6 @@ from tsr_engine.batch.manifest import Manifest
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["SUMMARY_HTML", "SUMMARY_JSON", "summary_of", "write_summary"]
-
 SUMMARY_JSON: Final = "summary.json"
 SUMMARY_HTML: Final = "summary.html"
 _MAX_UNSURE_SHARE: Final = 0.6

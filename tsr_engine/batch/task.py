@@ -7,8 +7,6 @@ from typing import Any
 
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["DriveTask", "Outcome"]
-
 
 @dataclass(frozen=True)
 class DriveTask:

@@ -27,8 +27,6 @@ from tsr_engine.labels.model import MAX_LABELS
 from tsr_engine.records import FrameEvidence
 from tsr_engine.track_table import SOURCES
 
-__all__ = ["check_and_unpack"]
-
 _STATES = {"tentative", "confirmed", "dead"}
 _EVENT_KINDS = {"born", "confirmed", "rejected", "relocalised", "missed", "died", "relabelled"}
 

@@ -33,8 +33,6 @@ from tsr_engine.io.video_packets import (
 from tsr_engine.io.video_probe import error_reason, open_container
 from tsr_engine.records import Picture
 
-__all__ = ["Clip", "ClipFrame", "cut_clip", "picture_digest"]
-
 MAX_BYTES = 4 << 30
 """Largest clip, bytes."""
 _TICKS_PER_SECOND = 1000

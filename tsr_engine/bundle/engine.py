@@ -15,8 +15,6 @@ from tsr_engine.pipeline import Components, FrameInput, TrackingCore, VideoDetec
 from tsr_engine.records import FrameEvidence
 from tsr_engine.tracking.camera_shift import CameraShift
 
-__all__ = ["Decoding", "run_engine"]
-
 
 @dataclass(slots=True)
 class Decoding:

@@ -11,8 +11,6 @@ from tsr_engine.evidence.schema import LOCK_FILE
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import Event, FrameEvidence, Sample, TrackFrame
 
-__all__ = ["shift_frame", "write_slice"]
-
 
 def write_slice(
     reader: EvidenceReader,

@@ -13,8 +13,6 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.labels.classes import class_names_of, default_keys
 from tsr_engine.labels.model import MAX_LABELS, Key
 
-__all__ = ["Bounds", "Expectation", "Expected", "ExpectedSign", "read_expectation"]
-
 _MAX_COORDINATE = 1e5
 _Edge = Annotated[float, Field(ge=-_MAX_COORDINATE, le=_MAX_COORDINATE)]
 _Frame = Annotated[int, Field(ge=0, le=2**31 - 1)]

@@ -10,8 +10,6 @@ from tsr_engine.bundle.expectation import Bounds, Expectation, Expected, Expecte
 from tsr_engine.bundle.layout import Verdict
 from tsr_engine.bundle.output import Output
 
-__all__ = ["Finding", "describe_expectation", "judge", "overall_verdict"]
-
 
 @dataclass(frozen=True, slots=True)
 class Finding:

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from tsr_engine.errors import EvidenceError, UsageError
 from tsr_engine.evidence import EvidenceReader
 
-__all__ = ["MAX_LEAD_FRAMES", "LeadIn", "find_lead_in"]
-
 MAX_LEAD_FRAMES = 900
 """Largest number of lead-in frames."""
 

@@ -23,8 +23,6 @@ from tsr_engine.exchange.archive import ArchiveLimits, unpack
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video_probe import check_file
 
-__all__ = ["LIMITS", "Bundle", "BundleFrame", "is_bundle", "open_bundle", "open_evidence"]
-
 LIMITS = ArchiveLimits(
     entries=200,
     total=8 << 30,

@@ -52,8 +52,6 @@ from tsr_engine.recording import RecordingRequest, write_recording
 from tsr_engine.records import FrameEvidence
 from tsr_engine.version import __version__
 
-__all__ = ["BundleReport", "BundleRequest", "make_bundle"]
-
 
 def make_bundle(request: BundleRequest, progress: Callable[[int, int], None] = lambda _done, _of: None) -> BundleReport:
     """Make a bundle; the file appears complete or not at all.

@@ -16,8 +16,6 @@ from tsr_engine.evidence import RESULT_HEADER, ResultRow
 from tsr_engine.geometry.boxes import iou, non_overlap
 from tsr_engine.records import FloatArray
 
-__all__ = ["MAX_EDGE_DIFFERENCE_PX", "Output", "read_rows", "same_output", "write_rows"]
-
 MAX_EDGE_DIFFERENCE_PX = 0.5
 """Largest difference between the edges of equal outputs, px."""
 

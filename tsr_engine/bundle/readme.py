@@ -10,8 +10,6 @@ from tsr_engine.bundle.layout import NETWORK
 from tsr_engine.bundle.manifest import Manifest, NetworkFacts
 from tsr_engine.bundle.network import network_text
 
-__all__ = ["readme_text"]
-
 _WIDTH = 88
 
 

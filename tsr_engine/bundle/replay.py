@@ -24,8 +24,6 @@ from tsr_engine.pipeline import RECOMPUTED, Components, ResultStream
 from tsr_engine.records import FrameEvidence
 from tsr_engine.version import __version__
 
-__all__ = ["BundleReplay", "Outcome", "bundle_params", "bundled_models", "replay_bundle"]
-
 
 @dataclass(frozen=True, slots=True)
 class Outcome:

@@ -21,8 +21,6 @@ from tsr_engine.labels.classes import RunClasses
 if TYPE_CHECKING:
     from tsr_engine.recording import BoxRows
 
-__all__ = ["BundleReport", "BundleRequest"]
-
 _NO_CORRECTIONS: JsonMapping = {"documents": []}
 
 

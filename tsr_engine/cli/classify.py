@@ -21,8 +21,6 @@ from tsr_engine.cli.common import (
 from tsr_engine.errors import InputError
 from tsr_engine.plural import plural
 
-__all__ = ["BATCH_SIZE", "classify"]
-
 BATCH_SIZE = 256
 
 

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from tsr_engine.pipeline import Components
     from tsr_engine.records import Detections, Picture
 
-__all__ = ["detect"]
-
 
 def detect(
     sources: Annotated[list[Path], typer.Argument(metavar="IMAGE_OR_FOLDER...", help="Pictures, folders of pictures.")],

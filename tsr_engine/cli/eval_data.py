@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from tsr_engine.params import Params
     from tsr_engine.track_table import TrackTable
 
-__all__ = ["check_output_folder", "held_out_scenes", "select_crops", "track_without_files", "write_figures"]
-
 
 def held_out_scenes(scenes: list[Scene], models: Path | None) -> list[Scene]:
     """The scenes that training held out for figures."""

@@ -8,8 +8,6 @@ from tsr_engine.cli.common import say
 from tsr_engine.errors import InputError
 from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 
-__all__ = ["find_annotated_videos", "find_ground_truth", "find_results", "keep_readable"]
-
 
 def find_annotated_videos(sources: list[Path], truth: Path | None) -> list[Path]:
     """The given videos, and those of given folders that have ground truth.

@@ -37,8 +37,6 @@ from tsr_engine.plural import plural
 from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.runs.report_json import class_name
 
-__all__ = ["app"]
-
 app = typer.Typer(
     help="Measure detection, classification, fusion or tracking on annotated data.",
     no_args_is_help=True,

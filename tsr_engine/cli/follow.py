@@ -21,8 +21,6 @@ from tsr_engine.plural import plural
 if TYPE_CHECKING:
     from tsr_engine.follow import Anchor, Direction, Ending, Proposal
 
-__all__ = ["follow"]
-
 COLUMNS = "frame,x1,y1,x2,y2,confidence,source"
 
 

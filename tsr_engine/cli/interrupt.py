@@ -13,8 +13,6 @@ import typer
 
 from tsr_engine.cli.common import say
 
-__all__ = ["EXIT_INTERRUPTED", "leave_interrupted", "stop_on_interrupt"]
-
 EXIT_INTERRUPTED = 130
 
 

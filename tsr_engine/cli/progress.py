@@ -13,8 +13,6 @@ from typing import Final
 
 from tsr_engine.cli.common import say
 
-__all__ = ["CompilationNote", "progress_bar", "rate_text"]
-
 ShowProgress = Callable[[int, int | None, str], None]
 _POLL_INTERVAL_S: Final = 0.5
 """Seconds between two looks at the compiler."""

@@ -13,7 +13,6 @@ import typer
 from tsr_engine.cli.common import (
     JsonOption,
     ModelsOption,
-    ParameterCommand,
     SetOption,
     out_console,
     print_json,
@@ -28,8 +27,6 @@ from tsr_engine.plural import plural
 if TYPE_CHECKING:
     from tsr_engine.params import Params
     from tsr_engine.runs.replay import ReplayReport
-
-__all__ = ["ParameterCommand", "replay"]
 
 
 def replay(

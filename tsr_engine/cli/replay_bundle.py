@@ -15,8 +15,6 @@ from tsr_engine.plural import plural
 if TYPE_CHECKING:
     from tsr_engine.bundle import Bundle, BundleReplay
 
-__all__ = ["replay_bundle_file"]
-
 
 def replay_bundle_file(
     path: Path,

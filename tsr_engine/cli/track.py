@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from tsr_engine.pipeline import TrackSummary
     from tsr_engine.runs.track_video import RunReport
 
-__all__ = ["track"]
-
 
 def track(
     video: Annotated[Path, typer.Argument(metavar="VIDEO", help=f"A video file: {KIND_NAMES}.")],

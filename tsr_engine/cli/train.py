@@ -20,8 +20,6 @@ from tsr_engine.plural import plural
 if TYPE_CHECKING:
     from tsr_engine.training.report import Report
 
-__all__ = ["TRAINED_PARTS", "app"]
-
 TRAINED_PARTS = ("detector", "prior", "classifier", "online", "memory")
 """Components trained on public data."""
 REFINED_PARTS = ("detector", "prior", "lambda", "classifier", "online")

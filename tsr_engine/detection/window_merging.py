@@ -15,8 +15,6 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.linear_algebra import product
 from tsr_engine.records import FloatArray
 
-__all__ = ["MIN_MERGE_IOU", "SCORE_SCALE", "merge_windows"]
-
 MIN_MERGE_IOU: Final = 0.6
 """A window counts toward a candidate if it overlaps the candidate's best window by more than this IoU."""
 SCORE_SCALE: Final = 12.0

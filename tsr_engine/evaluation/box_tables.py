@@ -20,16 +20,6 @@ from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray
 
-__all__ = [
-    "MOT_COLUMNS",
-    "RESULT_COLUMNS",
-    "TRUTH_COLUMNS",
-    "RowError",
-    "read_mot_table",
-    "read_result_table",
-    "read_truth_table",
-]
-
 TRUTH_COLUMNS: Final = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
 RESULT_COLUMNS: Final = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "score", "source")
 MOT_COLUMNS: Final = ("frame", "id", "left", "top", "width", "height", "flag", "class_id", "visibility")

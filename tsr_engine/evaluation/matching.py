@@ -20,8 +20,6 @@ from tsr_engine.geometry.boxes import area, intersection_each, iou_each, non_ove
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import BoolArray, IntArray, TrackTable
 
-__all__ = ["Matching", "Pairs", "box_pairs", "match"]
-
 _CONTINUITY_BONUS: Final = 10.0
 """Bonus of a kept pair; it outweighs any number of new pairs."""
 _MIN_OVERLAP: Final = 1e-12

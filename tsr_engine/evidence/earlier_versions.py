@@ -11,8 +11,6 @@ from dataclasses import replace
 
 from tsr_engine.evidence.schema import TABLES, Table
 
-__all__ = ["is_earlier", "read_missing_as_null"]
-
 
 def read_missing_as_null(store: sqlite3.Connection) -> None:
     """Let the queries of a connection read missing columns as NULL.

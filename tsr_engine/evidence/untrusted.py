@@ -16,8 +16,6 @@ from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.earlier_versions import is_earlier
 from tsr_engine.evidence.schema import BY_NAME, TABLES, create_tables
 
-__all__ = ["check_untrusted"]
-
 _MAX_STEPS: Final = 20_000_000
 """Most steps of SQLite's virtual machine for this check; a run of 3,000 frames takes a hundredth."""
 _STEPS_PER_CHECK: Final = 10_000

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.records import FloatArray
 
-__all__ = ["align"]
-
 _MAX_ITERATIONS = 12
 _MIN_STEP_PX = 0.005
 """px of the template: a smaller step ends the iteration."""

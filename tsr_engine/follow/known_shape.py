@@ -19,8 +19,6 @@ from tsr_engine.geometry.boxes import iou_each, to_cxcywh, to_xyxy
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["KnownShape", "ShapeMeasurement", "WindowScorer", "match_known_shape"]
-
 WindowScorer = Callable[[PixelSource, FloatArray], ScoredBox | None]
 
 _MIN_ANCHOR_SCORE: Final = 0.0

@@ -24,8 +24,6 @@ from tsr_engine.params.online import OnlineParams
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import FloatArray, Relocalisation
 
-__all__ = ["parabola_peak", "relocalise", "search_extent"]
-
 _NEIGHBOUR_WINDOWS = 3
 """Number of windows on each side of the peak to score at the other sizes."""
 _MIN_RUNNER_UP_DISTANCE = 0.5

@@ -26,16 +26,6 @@ from tsr_engine.pipeline.sign_readers import READER_COMPONENTS, make_reader, rea
 from tsr_engine.pipeline.track_context import Models
 from tsr_engine.protocols import OfflineDetector
 
-__all__ = [
-    "Components",
-    "Network",
-    "load_components",
-    "load_detector",
-    "load_network",
-    "load_online",
-    "load_other_shapes",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Components:

@@ -28,8 +28,6 @@ from numpy.typing import NDArray
 from tsr_engine.pipeline.threads import one_opencv_thread
 from tsr_engine.records import Detections, Picture
 
-__all__ = ["MAX_QUEUED_FRAMES", "Detect", "Detected", "DetectionProcess"]
-
 MAX_QUEUED_FRAMES: Final = 3
 """Largest number of frames of a process: it detects one, and the others are ready while its parent is busy."""
 

@@ -22,8 +22,6 @@ from tsr_engine.protocols import PixelSource
 from tsr_engine.recognition.crops import cut_pixels
 from tsr_engine.records import FloatArray, GateVerdict, Picture, TrackFrame
 
-__all__ = ["Inspection", "inspect_gate", "stored_pixels"]
-
 
 @dataclass(frozen=True, slots=True)
 class Inspection:

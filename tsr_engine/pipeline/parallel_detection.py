@@ -18,8 +18,6 @@ from typing import Generic, Protocol, TypeVar
 from tsr_engine.pipeline.detection_process import MAX_QUEUED_FRAMES, Detect, Detected, DetectionProcess
 from tsr_engine.records import Picture
 
-__all__ = ["Detected", "detect_in_parallel"]
-
 
 class _HasPicture(Protocol):
     @property

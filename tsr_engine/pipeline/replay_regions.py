@@ -11,8 +11,6 @@ from tsr_engine.online.relocalisation import search_extent
 from tsr_engine.params import Params
 from tsr_engine.records import FloatArray, FrameEvidence, Region
 
-__all__ = ["replay_regions"]
-
 
 def replay_regions(frame: FrameEvidence, pixels: FramePixels, params: Params) -> tuple[Region, ...]:
     """The pixels that the step has read, and those that a replay may need.

@@ -12,8 +12,6 @@ from tsr_engine.params import Reader
 from tsr_engine.recognition.classifier import COMPONENT, NETWORK_COMPONENT, SignClassifier
 from tsr_engine.recognition.mixture import Mixture
 
-__all__ = ["READER_COMPONENTS", "load_reader", "make_reader", "reader_components"]
-
 READER_COMPONENTS = (COMPONENT, NETWORK_COMPONENT)
 """The components that signs are read with."""
 

@@ -15,8 +15,6 @@ from tsr_engine.pipeline.frame_input import FrameInput
 from tsr_engine.pipeline.track_context import Models
 from tsr_engine.records import Detections, FrameEvidence
 
-__all__ = ["RECOMPUTED", "rebuild_core", "rescore", "start_core", "stored_input"]
-
 RECOMPUTED = frozenset({"timings", "regions", "text"})
 """Fields of ``FrameEvidence`` and its parts in which a correct replay may differ from the run.
 

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.recognition.descriptor import MARGIN, SIDE
 
-__all__ = ["FEATURES", "LAYERS", "MIN_SPREAD", "NETWORK_GEOMETRY", "Layer", "NetworkMap"]
-
 FEATURES: Final = 256
 """Number of features."""
 MIN_SPREAD: Final = 12.0

@@ -12,8 +12,6 @@ from rerun.encodings import AbsoluteTimeRange
 
 from tsr_engine.recording.layers import EVENTS, FRAME_TIMELINE, LAYERS, VIDEO, track_entity
 
-__all__ = ["PLOT_TITLES", "BlueprintInputs", "make_blueprint"]
-
 PLOT_TITLES: Final = {
     "gate/log10_l_positive": "Gate (log10 L)",
     "gate/symmetry": "Symmetry",

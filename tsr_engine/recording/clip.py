@@ -35,8 +35,6 @@ from tsr_engine.io.video_probe import error_reason, open_container
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.transcode import encode_frames, encode_packets, size_limit
 
-__all__ = ["MAX_BYTES", "PLAYABLE_CODECS", "Clip", "cut_clip", "select_packets"]
-
 PLAYABLE_CODECS: Final = frozenset({"h264", "hevc", "av1", "vp9"})
 """Codecs that a viewer plays from an MP4 file."""
 MAX_BYTES: Final = 512 * 2**20

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["BoxRows", "EventLog", "Frames", "Series", "TrackSeries"]
-
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 

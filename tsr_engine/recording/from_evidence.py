@@ -15,8 +15,6 @@ from tsr_engine.recording.content import BoxRows, EventLog, Frames, Series, Trac
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import IntArray, TrackTable
 
-__all__ = ["MAX_VOTE_CLASSES", "read_box_layers", "read_events", "read_frames", "read_track_series"]
-
 MAX_VOTE_CLASSES = 5
 """Largest number of classes whose votes are drawn."""
 

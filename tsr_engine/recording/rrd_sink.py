@@ -24,8 +24,6 @@ from tsr_engine.recording.layers import (
     Rgb,
 )
 
-__all__ = ["RrdSink", "read_video_times"]
-
 Ints = NDArray[np.int64]
 
 _MAX_LINE_WIDTH = 44

@@ -22,8 +22,6 @@ from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.group_encoder import GroupEncoder
 
-__all__ = ["FRAME_BYTES", "TYPICAL_FRAMES", "encode_frames", "encode_packets", "encoder_threads", "size_limit"]
-
 Ints = NDArray[np.int64]
 
 FRAME_BYTES: Final = 13_500

@@ -25,8 +25,6 @@ from tsr_engine.recording.from_evidence import read_box_layers, read_events, rea
 from tsr_engine.recording.recording_data import RecordingData
 from tsr_engine.recording.request import RecordingReport, RecordingRequest
 
-__all__ = ["load_sdk", "write_recording"]
-
 
 def load_sdk() -> None:
     """Import the SDK now, which takes more than a second; if that fails, the next import raises the error."""

@@ -12,8 +12,6 @@ from tsr_engine.records import FloatArray
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.focus_of_expansion import Focus, find_focus
 
-__all__ = ["ESTIMATE_EVERY_FRAMES", "MAX_FRAMES", "MAX_STANDARD_ERROR", "calibrate", "with_focus"]
-
 ESTIMATE_EVERY_FRAMES = 250
 """Number of frames between two estimates."""
 MAX_STANDARD_ERROR = 0.01

@@ -30,8 +30,6 @@ from tsr_engine.pipeline import (
 from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.records import FrameEvidence
 
-__all__ = ["ReplayReport", "TrackDiff", "check_models", "replay", "run_params"]
-
 MATCH_IOU = 0.3
 """IoU from which two boxes of a frame show the same sign."""
 

@@ -19,8 +19,6 @@ from tsr_engine.plural import plural
 from tsr_engine.records import FrameEvidence
 from tsr_engine.runs.report import RunReport, RunRequest
 
-__all__ = ["RunEvidence"]
-
 
 class RunEvidence:
     """The evidence folder of a run, which a later call can resume.

@@ -32,8 +32,6 @@ from tsr_engine.tracking.track_status import TrackedFrame, TrackStatus
 from tsr_engine.tracking.truncated_boxes import complete_box
 from tsr_engine.tracking.vertical_drift import VerticalDriftFilter
 
-__all__ = ["TrackStatus", "TrackedFrame", "Tracker"]
-
 _NESTED_OVERLAP = 0.65
 """Overlap with a detected track's box, as a share of the smaller box, from which a detection shows the same sign."""
 _EDGE_DISTANCE = 0.05

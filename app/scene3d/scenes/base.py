@@ -17,8 +17,6 @@ from app.scene3d.view_state import ViewState
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["ENGINE_NOTE", "Image", "InitialView", "Scene", "SceneContext", "format_time"]
-
 Image = NDArray[np.uint8]
 ENGINE_NOTE = "Boxes and classes are the engine's; corrections are not drawn."
 """A note of the scenes that show tracks."""

@@ -17,8 +17,6 @@ from tsr_engine.records import FloatArray
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["DriveScene"]
-
 ROAD_LENGTH_M: Final = 80.0
 """Length of the drawn road, m."""
 LABELLED_DISTANCES_M: Final = (10, 20, 30, 50, 80)

@@ -16,8 +16,6 @@ from tsr_engine.records import FloatArray
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["PriorScene"]
-
 DEPTH: Final = 5.0
 """Length of the floor along y, scene units; the picture's height."""
 HEIGHT: Final = 2.4

@@ -16,8 +16,6 @@ from app.scene3d.view_state import ViewState
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["VolumeScene"]
-
 MAX_CORNERS: Final = 3_000
 """Maximum number of corners of all lines. Without a graphics card every triangle takes 20 us, and a piece of line has
 six of them, so 6,000 pieces give one picture per second."""
