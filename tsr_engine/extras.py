@@ -15,14 +15,7 @@ from tsr_engine.errors import UsageError
 
 EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
-        "review": (
-            "alembic",
-            "fastapi",
-            "pydantic_settings",
-            "sqlalchemy",
-            "starlette",
-            "uvicorn",
-        ),
+        "review": ("alembic", "fastapi", "pydantic_settings", "sqlalchemy", "starlette", "uvicorn"),
         "recordings": ("rerun", "rerun_bindings"),
         "scene3d": ("viser", "websockets", "zstandard"),
         "train": ("matplotlib", "sklearn"),

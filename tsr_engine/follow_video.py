@@ -71,12 +71,5 @@ def follow_video(
         one_blas_thread(),
     ):
         yield from follow(
-            pictures,
-            anchors,
-            parts,
-            direction=direction,
-            first=first,
-            last=last,
-            between=between,
-            cancelled=cancelled,
+            pictures, anchors, parts, direction=direction, first=first, last=last, between=between, cancelled=cancelled
         )

@@ -189,12 +189,7 @@ class _Gui:
         stretch = next((text for text, s in _STRETCHES.items() if s == view_state.stretch), "whole run")
         self.stretch = gui.add_dropdown("Time shown", tuple(_STRETCHES), initial_value=stretch)
         self.angle = gui.add_slider(
-            "Camera sees",
-            min=25.0,
-            max=130.0,
-            step=1.0,
-            initial_value=view_state.view,
-            hint="Assumed: degrees across",
+            "Camera sees", min=25.0, max=130.0, step=1.0, initial_value=view_state.view, hint="Assumed: degrees across"
         )
         self.size = gui.add_slider(
             "Sign size", min=0.5, max=1.5, step=0.05, initial_value=view_state.size, hint="Assumed: times size class 2"

@@ -4,11 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tsr_engine.evaluation.classification import (
-    crop_of,
-    evaluate_classification,
-    predict_items,
-)
+from tsr_engine.evaluation.classification import crop_of, evaluate_classification, predict_items
 from tsr_engine.evaluation.plots import plot_confusion
 from tsr_engine.io.gtsrb import CropItem
 

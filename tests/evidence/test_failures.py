@@ -12,13 +12,7 @@ import pytest
 from tests.evidence.complete_run import write_complete_run
 from tests.evidence.synthetic_evidence import make_frame, make_header
 from tsr_engine.errors import EvidenceError, StorageError
-from tsr_engine.evidence import (
-    EvidenceReader,
-    EvidenceWriter,
-    RunHeader,
-    TableEntry,
-    differences,
-)
+from tsr_engine.evidence import EvidenceReader, EvidenceWriter, RunHeader, TableEntry, differences
 from tsr_engine.evidence import writer as writer_module
 from tsr_engine.evidence.encode import add_rows
 from tsr_engine.records import FrameEvidence

@@ -120,15 +120,7 @@ def read_rows(path: Path) -> list[ResultRow]:
             try:
                 frame, track, x1, y1, x2, y2, label, score, source = values
                 row = ResultRow(
-                    int(frame),
-                    int(track),
-                    float(x1),
-                    float(y1),
-                    float(x2),
-                    float(y2),
-                    int(label),
-                    float(score),
-                    source,
+                    int(frame), int(track), float(x1), float(y1), float(x2), float(y2), int(label), float(score), source
                 )
             except ValueError:
                 raise ImportFormatError(

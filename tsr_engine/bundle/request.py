@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING
 
 from tsr_engine.bundle.expectation import Expectation
 from tsr_engine.bundle.judge import Finding
-from tsr_engine.bundle.manifest import (
-    Manifest,
-)
+from tsr_engine.bundle.manifest import Manifest
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import VideoLimits

@@ -30,8 +30,7 @@ PresetOption = Annotated[
     str, typer.Option("--preset", metavar="default|realtime|paper", help="Parameters to start from.")
 ]
 ModelsOption = Annotated[
-    Path | None,
-    typer.Option("--models", metavar="DIR", help="Folder of models; unset: the shipped ones."),
+    Path | None, typer.Option("--models", metavar="DIR", help="Folder of models; unset: the shipped ones.")
 ]
 ReaderOption = Annotated[
     str | None,

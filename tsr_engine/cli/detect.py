@@ -76,11 +76,7 @@ def detect(
     components = load_components(params, models, network)
     others = load_other_shapes(params, models) if other_shapes else None
     unreadable = found = done = 0
-    with (
-        stop_on_interrupt() as stopped,
-        atomic_text(jsonl) as out,
-        progress_bar("detecting", "pictures") as show,
-    ):
+    with stop_on_interrupt() as stopped, atomic_text(jsonl) as out, progress_bar("detecting", "pictures") as show:
         for done, path in enumerate(paths, 1):
             try:
                 picture = read_picture(path)

@@ -155,9 +155,4 @@ def as_json(row: Proposal) -> JsonMapping:
 
 def ending_as_json(ending: Ending) -> JsonMapping:
     """An ending as JSON values."""
-    return {
-        "direction": ending.direction,
-        "frame": ending.frame,
-        "reason": ending.reason,
-        "sentence": ending.sentence,
-    }
+    return {"direction": ending.direction, "frame": ending.frame, "reason": ending.reason, "sentence": ending.sentence}

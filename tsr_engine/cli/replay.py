@@ -10,15 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tsr_engine.cli.common import (
-    JsonOption,
-    ModelsOption,
-    SetOption,
-    out_console,
-    print_json,
-    say,
-    split_settings,
-)
+from tsr_engine.cli.common import JsonOption, ModelsOption, SetOption, out_console, print_json, say, split_settings
 from tsr_engine.cli.replay_bundle import replay_bundle_file
 from tsr_engine.errors import EvidenceError, UsageError
 from tsr_engine.json_shapes import JsonObject

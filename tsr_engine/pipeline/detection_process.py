@@ -111,10 +111,7 @@ def _serve(connection: Connection, detect: Detect, pictures: NDArray[np.uint8]) 
         for number in signal.valid_signals():
             if callable(signal.getsignal(number)):
                 signal.signal(number, signal.SIG_DFL)
-        for number in (
-            signal.SIGINT,
-            signal.SIGTERM,
-        ):  # both reach the whole process group; the parent handles them
+        for number in (signal.SIGINT, signal.SIGTERM):  # both reach the whole process group; the parent handles them
             signal.signal(number, signal.SIG_IGN)
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
         _close_all_but(connection.fileno())

@@ -148,10 +148,7 @@ class _DetectionQueue(Generic[F]):
 
 
 def detect_in_parallel(
-    frames: Iterator[tuple[F, float]],
-    detect: Detect,
-    cores: int,
-    is_wanted: Callable[[F], bool] = lambda _: True,
+    frames: Iterator[tuple[F, float]], detect: Detect, cores: int, is_wanted: Callable[[F], bool] = lambda _: True
 ) -> Iterator[tuple[F, float, Detected | None]]:
     """Yield frames with their detections, in order.
 

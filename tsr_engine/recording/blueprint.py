@@ -77,10 +77,7 @@ def make_blueprint(inputs: BlueprintInputs) -> rrb.Blueprint:
             row_shares=[3, 2],
         ),
         rrb.TimePanel(
-            state="collapsed",
-            timeline=FRAME_TIMELINE,
-            play_state="paused",
-            time_selection=_selection(inputs.focus),
+            state="collapsed", timeline=FRAME_TIMELINE, play_state="paused", time_selection=_selection(inputs.focus)
         ),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),

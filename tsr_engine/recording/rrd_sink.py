@@ -16,13 +16,7 @@ from rerun.blueprint import Blueprint
 
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recording.content import BoxRows, EventLog, Frames, Series
-from tsr_engine.recording.layers import (
-    FRAME_TIMELINE,
-    TIME_TIMELINE,
-    VIDEO,
-    Layer,
-    Rgb,
-)
+from tsr_engine.recording.layers import FRAME_TIMELINE, TIME_TIMELINE, VIDEO, Layer, Rgb
 
 Ints = NDArray[np.int64]
 

@@ -99,12 +99,7 @@ def with_focus(
         return params, None
     try:
         focus = calibrate(
-            path,
-            x=tracking.foe_x,
-            scale=tracking.shift_scale,
-            limits=limits,
-            progress=progress,
-            cancelled=cancelled,
+            path, x=tracking.foe_x, scale=tracking.shift_scale, limits=limits, progress=progress, cancelled=cancelled
         )
     except (VideoError, UsageError):  # the run reports it when it reaches that frame
         return params, None

@@ -13,13 +13,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 
 from tsr_engine.errors import InputError, StorageError, VideoError
-from tsr_engine.evidence import (
-    FramePixels,
-    RunHeader,
-    TableEntry,
-    VideoIdentity,
-    read_header,
-)
+from tsr_engine.evidence import FramePixels, RunHeader, TableEntry, VideoIdentity, read_header
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video import Frame, Video, open_video

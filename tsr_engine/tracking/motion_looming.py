@@ -59,10 +59,7 @@ class LoomingMotion:
     name = "looming"
 
     def __init__(
-        self,
-        noise: MeasurementNoise,
-        process: LoomingNoise | None = None,
-        foe: tuple[float, float] = (0.5, 0.5),
+        self, noise: MeasurementNoise, process: LoomingNoise | None = None, foe: tuple[float, float] = (0.5, 0.5)
     ) -> None:
         self._noise = noise
         self._process = process or LoomingNoise()

@@ -52,13 +52,7 @@ class Tracker:
     """
 
     def __init__(
-        self,
-        params: TrackingParams,
-        width: int,
-        height: int,
-        motion: MotionModel | None = None,
-        *,
-        first_id: int = 1,
+        self, params: TrackingParams, width: int, height: int, motion: MotionModel | None = None, *, first_id: int = 1
     ) -> None:
         self._params = params
         self._width = width

@@ -188,10 +188,7 @@ class DriveScene:
                 )
             )
         foot = np.array(
-            [
-                [[x, y, -CAMERA_HEIGHT], [x, y, z]],
-                [[x - 0.4, y, -CAMERA_HEIGHT], [x + 0.4, y, -CAMERA_HEIGHT]],
-            ]
+            [[[x, y, -CAMERA_HEIGHT], [x, y, z]], [[x - 0.4, y, -CAMERA_HEIGHT], [x + 0.4, y, -CAMERA_HEIGHT]]]
         )
         colour = self._paint.rows[int(np.flatnonzero(data.track == track)[0])]
         ink = INK.selected if chosen else (int(colour[0]), int(colour[1]), int(colour[2]))
