@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tsr_engine.bundle.expectation import Expectation, read_expectation
 from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION, FRAMES, MANIFEST, NETWORK, OUTPUT, README
 from tsr_engine.bundle.manifest import Manifest
-from tsr_engine.bundle.output import Output, read_rows
+from tsr_engine.bundle.output import Output, numbered_lines, read_rows
 from tsr_engine.errors import ImportFormatError, TsrError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.evidence.schema import DATABASE
@@ -172,25 +172,18 @@ def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]
 def _read_frames(path: Path, manifest: Manifest) -> tuple[BundleFrame, ...]:
     frames: list[BundleFrame] = []
     wanted, offset = manifest.frames, manifest.clip.offset
-    with path.open(encoding="utf-8", errors="replace", newline="") as stream:
-        for number, row in enumerate(csv.reader(stream), 1):
-            if number == 1:
-                continue
-            try:
-                ordinal, clip, seconds, digest = int(row[0]), int(row[1]), float(row[2]), row[3]
-            except (ValueError, IndexError):
-                raise ImportFormatError(
-                    f"{path.name}, line {number}: is not a frame. Create the bundle again."
-                ) from None
-            expected = wanted.start + len(frames)
-            if ordinal != expected or clip != ordinal - offset or clip < 0 or not math.isfinite(seconds):
-                raise ImportFormatError(
-                    f"{path.name}, line {number}: expected frame {expected}, number {expected - offset} of the clip. "
-                    "Create the bundle again."
-                )
-            frames.append(BundleFrame(ordinal, clip, seconds, digest))
-            if len(frames) > wanted.stop - wanted.start:
-                break
+    for number, row in islice(numbered_lines(path), 1, wanted.stop - wanted.start + 2):
+        try:
+            ordinal, clip, seconds, digest = int(row[0]), int(row[1]), float(row[2]), row[3]
+        except (ValueError, IndexError):
+            raise ImportFormatError(f"{path.name}, line {number}: is not a frame. Create the bundle again.") from None
+        expected = wanted.start + len(frames)
+        if ordinal != expected or clip != ordinal - offset or clip < 0 or not math.isfinite(seconds):
+            raise ImportFormatError(
+                f"{path.name}, line {number}: expected frame {expected}, number {expected - offset} of the clip. "
+                "Create the bundle again."
+            )
+        frames.append(BundleFrame(ordinal, clip, seconds, digest))
     if len(frames) != wanted.stop - wanted.start:
         raise ImportFormatError(
             f"{path.name} lists {len(frames)} frames, expected {wanted.stop - wanted.start}. Create the bundle again."
