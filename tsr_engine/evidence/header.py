@@ -143,7 +143,7 @@ def read_header(folder: Path) -> RunHeader:
         raise EvidenceError(
             f"{folder} is no evidence folder: {RUN_FILE} is missing. Name the folder of a run."
         ) from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise EvidenceError(f"{path} is damaged ({error}). Restore it or track the video again.") from None
     version = content.get("schema_version") if isinstance(content, dict) else None
     if type(version) is int and version != SCHEMA_VERSION:
