@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import ModuleType
@@ -49,7 +50,7 @@ class _ProcessActor:
     """An actor that runs the process on its node."""
 
     def __init__(self) -> None:
-        self._lines: list[str] = []
+        self._lines: deque[str] = deque()
         self._process: subprocess.Popen[bytes] | None = None
         self._reader: threading.Thread | None = None
 
@@ -83,8 +84,7 @@ class _ProcessActor:
         code = self._process.poll()
         if code is not None:
             self._reader.join()
-        lines, self._lines = self._lines, []
-        return lines, code
+        return [self._lines.popleft() for _ in range(len(self._lines))], code
 
     def stop(self) -> None:
         """Ask the process to end."""
