@@ -83,10 +83,10 @@ def detect(
             except InputError as error:
                 say(str(error))
                 unreadable += 1
-                continue
-            rows = detections_of(components, picture, others)
-            found += len(rows)
-            out.write(json_module.dumps({"image": path.name, "detections": rows}, allow_nan=False) + "\n")
+            else:
+                rows = detections_of(components, picture, others)
+                found += len(rows)
+                out.write(json_module.dumps({"image": path.name, "detections": rows}, allow_nan=False) + "\n")
             show(done, len(paths), "")
             if stopped():
                 break
