@@ -184,13 +184,9 @@ def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits
 
 def _packets(container: InputContainer, stream: av.VideoStream, wanted: list[int]) -> list[av.Packet]:
     """Packets in decoding order, from the one that shows the first wanted picture until all are found."""
-    for seek_time in (wanted[0], None):
-        if seek_time is None:
-            container.seek(-(2**40), stream=stream, backward=True)
-        else:
-            container.seek(seek_time, stream=stream, backward=True)
-        found = _collect_packets(container, stream, wanted)
-        if found:
+    for seek_time in (wanted[0], -(2**40)):
+        container.seek(seek_time, stream=stream, backward=True)
+        if found := _collect_packets(container, stream, wanted):
             return found
     raise UnfitPackets("its key frame has no packet of its own")
 

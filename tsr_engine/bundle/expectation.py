@@ -23,10 +23,6 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-def _is_empty(value: object) -> bool:
-    return not value
-
-
 class Bounds(_Part):
     """Tolerances."""
 
@@ -104,7 +100,7 @@ class Expectation(_Part):
     bounds: Bounds = Bounds()
     signs: dict[_Name, ExpectedSign] = {}
     expected: list[Expected] = []
-    labels: Annotated[list[Key], Field(max_length=MAX_LABELS, exclude_if=_is_empty)] = []
+    labels: Annotated[list[Key], Field(max_length=MAX_LABELS, exclude_if=lambda labels: not labels)] = []
     """Keys of the model's classes by number; empty: those of ``gtsrb-43``."""
 
     def class_name(self, class_id: int | None) -> str:

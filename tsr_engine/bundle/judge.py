@@ -105,7 +105,7 @@ def _found(expected: Expected, sign: ExpectedSign, expectation: Expectation, out
     return (
         met,
         f"A track lies on it in {len(visible) - len(missed)} of {len(visible)} frames.",
-        _first_failed_frame(missed, sign, met),
+        sign.frames[0] if met or not missed else missed[0],
     )
 
 
@@ -182,10 +182,6 @@ def _first_second_track(sign: ExpectedSign, bounds: Bounds, output: Output) -> i
         if len(known) > 1:
             return frame
     return sign.frames[0]
-
-
-def _first_failed_frame(frames: list[int], sign: ExpectedSign, met: bool) -> int:
-    return sign.frames[0] if met or not frames else frames[0]
 
 
 def _frames(frames: Sequence[int]) -> str:

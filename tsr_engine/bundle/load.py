@@ -11,6 +11,7 @@ from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tsr_engine.bundle.clip import ClipFrame
 from tsr_engine.bundle.expectation import Expectation, read_expectation
 from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION, FRAMES, MANIFEST, NETWORK, OUTPUT, README
 from tsr_engine.bundle.manifest import Manifest
@@ -45,23 +46,6 @@ _MAX_TEXT_BYTES = 64 << 20
 
 
 @dataclass(frozen=True, slots=True)
-class BundleFrame:
-    """One frame that the engine processes.
-
-    Attributes:
-        ordinal: ordinal in the original video.
-        clip: ordinal in the clip.
-        seconds: presentation time in the original video.
-        digest: hash of the decoded picture.
-    """
-
-    ordinal: int
-    clip: int
-    seconds: float
-    digest: str
-
-
-@dataclass(frozen=True, slots=True)
 class Bundle:
     """An unpacked bundle whose files match its manifest.
 
@@ -77,7 +61,7 @@ class Bundle:
     name: str
     folder: Path
     manifest: Manifest
-    frames: tuple[BundleFrame, ...]
+    frames: tuple[ClipFrame, ...]
     expectation: Expectation
     output: Output
 
@@ -93,19 +77,15 @@ def is_bundle(path: Path) -> bool:
 
 
 @contextmanager
-def open_bundle(path: Path, scratch: Path | None = None) -> Iterator[Bundle]:
+def open_bundle(path: Path) -> Iterator[Bundle]:
     """Unpack and check a bundle; it is removed when the block ends.
-
-    Args:
-        path: the zip file.
-        scratch: folder for unpacking; unset: the system's temporary folder.
 
     Raises:
         ImportFormatError: not a bundle, hostile, damaged, or of another format; names the file and the reason.
     """
     if not path.is_file():
         raise ImportFormatError(f"There is no bundle at {path}. Check the path.")
-    with TemporaryDirectory(prefix="tsr-bundle-", dir=scratch) as name:
+    with TemporaryDirectory(prefix="tsr-bundle-") as name:
         try:
             yield read_bundle(path, Path(name))
         except TsrError as error:
@@ -169,8 +149,8 @@ def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]
         raise ImportFormatError(f"{bundle}: {MANIFEST} names two hashes of the clip. Create the bundle again.")
 
 
-def _read_frames(path: Path, manifest: Manifest) -> tuple[BundleFrame, ...]:
-    frames: list[BundleFrame] = []
+def _read_frames(path: Path, manifest: Manifest) -> tuple[ClipFrame, ...]:
+    frames: list[ClipFrame] = []
     wanted, offset = manifest.frames, manifest.clip.offset
     for number, row in islice(numbered_lines(path), 1, wanted.stop - wanted.start + 2):
         try:
@@ -183,7 +163,7 @@ def _read_frames(path: Path, manifest: Manifest) -> tuple[BundleFrame, ...]:
                 f"{path.name}, line {number}: expected frame {expected}, number {expected - offset} of the clip. "
                 "Create the bundle again."
             )
-        frames.append(BundleFrame(ordinal, clip, seconds, digest))
+        frames.append(ClipFrame(ordinal, clip, seconds, digest))
     if len(frames) != wanted.stop - wanted.start:
         raise ImportFormatError(
             f"{path.name} lists {len(frames)} frames, expected {wanted.stop - wanted.start}. Create the bundle again."

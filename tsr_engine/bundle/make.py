@@ -46,7 +46,6 @@ from tsr_engine.io.atomic import atomic_bytes, refuse_inputs, storage_error
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.opened_file import display_path
 from tsr_engine.io.video_probe import video_sha256
-from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.pipeline import ResultStream
 from tsr_engine.recording import RecordingRequest, write_recording
 from tsr_engine.records import FrameEvidence
@@ -113,7 +112,8 @@ class _BundleBuilder:
             write_rows(out, output.rows)
         (folder / EXPECTATION).write_text(request.expectation.text(), encoding="utf-8", newline="")
         corrections = {"format": 1, **request.corrections}
-        (folder / CORRECTIONS).write_text(_json(corrections), encoding="utf-8", newline="")
+        text = json.dumps(corrections, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+        (folder / CORRECTIONS).write_text(text, encoding="utf-8", newline="")
         models = choose_models(self.reader.header.models, request.models)
         if models.folder is not None:
             add_models(models.folder, folder / MODELS)
@@ -299,12 +299,8 @@ def _write_frames(path: Path, clip: Clip, seconds: Mapping[int, float]) -> None:
 
 def _files(folder: Path) -> list[BundleFile]:
     """Every file but the manifest, sorted by name."""
-    paths = sorted(path for path in folder.rglob("*") if path.is_file())
     return [
         BundleFile(name=path.relative_to(folder).as_posix(), size=path.stat().st_size, sha256=file_sha256(path))
-        for path in paths
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
     ]
-
-
-def _json(content: JsonMapping) -> str:
-    return json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

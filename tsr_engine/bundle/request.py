@@ -19,8 +19,6 @@ from tsr_engine.labels.classes import RunClasses
 if TYPE_CHECKING:
     from tsr_engine.recording import BoxRows
 
-_NO_CORRECTIONS: JsonMapping = {"documents": []}
-
 
 @dataclass(frozen=True, slots=True)
 class BundleRequest:
@@ -56,7 +54,7 @@ class BundleRequest:
     stop: int
     note: str = ""
     expectation: Expectation = field(default_factory=Expectation)
-    corrections: JsonMapping = field(default_factory=lambda: _NO_CORRECTIONS)
+    corrections: JsonMapping = field(default_factory=lambda: {"documents": []})
     corrected: BoxRows | None = None
     classes: RunClasses | None = None
     tracks: tuple[str, ...] = ()
