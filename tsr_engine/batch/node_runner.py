@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 import pickle
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from types import ModuleType
 from typing import Any, Final
 
 from tsr_engine import errors
+from tsr_engine.batch.child_process import child_environment
 from tsr_engine.batch.cluster import ClusterUnreachable, connect
 from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.errors import TsrError, UsageError
@@ -56,13 +56,11 @@ class _ProcessActor:
 
     def start(self, task: bytes) -> None:
         """Start the process."""
-        threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-        path = os.pathsep.join(filter(None, sys.path))
         self._process = subprocess.Popen(
             [sys.executable, "-m", "tsr_engine.batch.node_worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, **threads, "PYTHONPATH": path},
+            env=child_environment(),
         )
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):  # the process has died; its exit code says so

@@ -18,6 +18,7 @@ SUMMARY_HTML: Final = "summary.html"
 _MAX_UNSURE_SHARE: Final = 0.6
 """Signs whose class has a lower share of the votes are listed as unsure."""
 _MAX_LISTED: Final = 500
+_TRACK_FIGURES: Final = ("class_name", "share", "first_frame", "last_frame")
 
 
 def summary_of(manifest: Manifest) -> JsonObject:
@@ -43,14 +44,7 @@ def summary_of(manifest: Manifest) -> JsonObject:
         "seconds": round(sum(drive.result["seconds"] for drive in done), 1),
         "signs": dict(Counter(track["class_name"] for _, track in tracks).most_common()),
         "unsure": [
-            {
-                "drive": drive.folder,
-                "track": track["track_id"],
-                "class_name": track["class_name"],
-                "share": track["share"],
-                "first_frame": track["first_frame"],
-                "last_frame": track["last_frame"],
-            }
+            {"drive": drive.folder, "track": track["track_id"], **{name: track[name] for name in _TRACK_FIGURES}}
             for drive, track in unsure
         ],
         "failures": [
