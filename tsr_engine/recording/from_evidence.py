@@ -73,11 +73,8 @@ def read_box_layers(reader: EvidenceReader, frames: Frames, classes: RecordedCla
     figures = ("decision", "probability", "runner_up_decision", "windows")
     edges = [f"{of}{edge}" for of in ("search_", "", "runner_up_") for edge in BOX]
     found = read_columns(reader, "relocalisations", "frame", "track_id", *figures, *edges, frames=span, alive=True)
-    ids, decision, probability = (
-        _track_names(found),
-        _number_texts(found, "decision"),
-        _number_texts(found, "probability"),
-    )
+    ids = _track_names(found)
+    decision, probability = (_number_texts(found, name) for name in ("decision", "probability"))
     windows = [f"{of} {n} windows" for of, n in zip(ids, found.ints("windows").tolist(), strict=True)]
     yield "search", _boxes(found, windows, "search_")
     texts = [f"{of} {value} (P {p})" for of, value, p in zip(ids, decision, probability, strict=True)]
