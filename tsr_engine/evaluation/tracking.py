@@ -27,7 +27,7 @@ class SignReport:
     frames: int
     """Number of counted frames in which the sign is at least ``min_width`` px wide."""
     covered: int
-    """Number of these frames in which a track matches with IoU >= ``match_iou``."""
+    """Number of these frames in which a track matches with IoU >= 0.5."""
     ids: tuple[int, ...]
     """Ids of the tracks that matched the sign, in order of appearance."""
     switches: int
@@ -76,7 +76,7 @@ class TrackingSummary:
     """Number of tracks on no sign, the false detections of Table I."""
     false_positives_per_frame: float | None
     coverage: float | None
-    """Share of the annotated frames of signs of at least ``min_width`` px that have a match of IoU >= ``match_iou``."""
+    """Share of the annotated frames of signs of at least ``min_width`` px that have a match of IoU >= 0.5."""
     ids_per_sign: float | None
     """Mean number of ids over the detected signs."""
     switches: int
@@ -109,7 +109,6 @@ def evaluate_video(
     results: TrackTable,
     frames: int,
     min_width: float = 20.0,
-    match_iou: float = 0.5,
     size: tuple[int, int] | None = None,
 ) -> VideoReport:
     """Compare one video's rows with its ground truth, matched by :mod:`~.matching`.
@@ -120,13 +119,12 @@ def evaluate_video(
         results: tracked rows.
         frames: number of frames of the video.
         min_width: least width of signs for coverage, Eq. 7 and detection rate, px.
-        match_iou: least IoU of a match.
         size: width and height of the picture, px, to which all boxes are clipped; unset: no clipping.
     """
     if size is not None:
         truth, results = truth.cut(*size), results.cut(*size)
     truth, results = (table.rows(np.argsort(table.frame, kind="stable")) for table in (truth, results))
-    matching = match(truth, results, match_iou)
+    matching = match(truth, results)
     is_counted = ~truth.ignore & (truth.boxes[:, 2] - truth.boxes[:, 0] >= min_width)
     is_wide = is_counted[matching.reference]
     ids = np.unique(results.track)

@@ -68,16 +68,6 @@ class Tracker:
         self._drift_filter = VerticalDriftFilter(params.level_frames)
         self._focus_y = None if params.coast_foe_y is None else params.coast_foe_y * height
 
-    @property
-    def living(self) -> tuple[int, ...]:
-        """Ids of the living tracks, ascending."""
-        return tuple(self._tracks)
-
-    @property
-    def next_id(self) -> int:
-        """The id of the next new track."""
-        return self._next_id
-
     def undetected(self, track_id: int) -> int:
         """Number of frames without a detection of a living track up to now, this frame included."""
         return self._tracks[track_id].undetected
