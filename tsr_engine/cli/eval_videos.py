@@ -58,18 +58,18 @@ def keep_readable(pairs: list[tuple[Path, Path]]) -> list[tuple[Path, Path, tupl
     """
     from tsr_engine.io.video import open_video
 
-    keep_readable = []
+    readable = []
     for video, table in pairs:
         try:
             with open_video(video) as opened:
-                keep_readable.append((video, table, (len(opened.table), opened.width, opened.height)))
+                readable.append((video, table, (len(opened.table), opened.width, opened.height)))
         except InputError as error:
             if len(pairs) == 1:
                 raise
             say(str(error))
-    if not keep_readable:
+    if not readable:
         raise InputError(f"None of the {len(pairs)} videos could be read.")
-    return keep_readable
+    return readable
 
 
 def find_results(video: Path, results: Path) -> Path:
