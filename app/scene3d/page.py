@@ -144,7 +144,7 @@ def page_scripts(page: str) -> tuple[bytes, ...]:
 
 def from_base88(text: str) -> bytes:
     """Decode base 88: five characters are four bytes; the last k characters are k - 1 bytes."""
-    values = np.full(128, 0, np.uint64)
+    values = np.zeros(128, np.uint64)
     values[[ord(c) for c in ALPHABET]] = np.arange(88, dtype=np.uint64)
     digits = values[np.frombuffer(text.encode("ascii"), np.uint8)]
     whole = len(digits) // 5 * 5

@@ -22,7 +22,7 @@ from app.scene3d.data import DetectionPoints, Scene3dData, load_detections, load
 from app.scene3d.prior import Prior
 from app.scene3d.scenes.base import Image, SceneContext
 from app.scene3d.view import LONG_RUN_S, MANY_TRACKS, View
-from app.scene3d.view_state import Mode, ViewState
+from app.scene3d.view_state import ViewState
 from app.storage.database import Database
 from app.storage.models import Run
 from app.videos.frames import FrameService
@@ -235,11 +235,11 @@ def marked_tracks(database: Database, run_id: str) -> frozenset[int]:
     )
 
 
-def first_view_state(data: Scene3dData, mode: Mode = "volume") -> ViewState:
+def first_view_state(data: Scene3dData) -> ViewState:
     """The first state of a view."""
     first = int(data.frames[0]) if len(data.frames) else 0
     long = len(data.times) > 1 and float(data.times[-1] - data.times[0]) > LONG_RUN_S
-    return ViewState(frame=first, mode=mode, stretch=30.0 if long or len(data.ids) > MANY_TRACKS else 0.0)
+    return ViewState(frame=first, stretch=30.0 if long or len(data.ids) > MANY_TRACKS else 0.0)
 
 
 def context_of(
