@@ -35,7 +35,7 @@ def merge_windows(
 
     Returns:
         Candidates (m, 4) and their scores (m,), best first, one for each window that suppression keeps. The box is the
-        mean of the windows around it, weighted by ``exp(score / SPREAD)``.
+        mean of the windows around it, weighted by ``exp(score / SCORE_SCALE)``.
     """
     kept = suppress(boxes, scores, overlap, limit, nested)
     if not len(kept):

@@ -74,7 +74,7 @@ def read_truth_table(content: bytes, frames: int | None = None, max_rows: int | 
         Shape (n, 9), columns as in ``TRUTH_COLUMNS``, in the order of the file.
 
     Raises:
-        BadRow: a line breaks a rule; names the first such line.
+        RowError: a line breaks a rule; names the first such line.
     """
 
     def rules(column: Columns) -> list[_Rule]:
@@ -99,7 +99,7 @@ def read_result_table(content: bytes) -> tuple[FloatArray, tuple[str, ...]]:
         Shape (n, 8), the numeric columns of ``RESULT_COLUMNS``; and the source of each row.
 
     Raises:
-        BadRow: a line breaks a rule; names the first such line.
+        RowError: a line breaks a rule; names the first such line.
     """
 
     def rules(column: Columns) -> list[_Rule]:
@@ -118,7 +118,7 @@ def read_mot_table(content: bytes) -> FloatArray:
         Shape (n, 9), columns as in ``MOT_COLUMNS``, frames from 1 as in the file.
 
     Raises:
-        BadRow: a line breaks a rule; names the first such line.
+        RowError: a line breaks a rule; names the first such line.
     """
 
     def rules(column: Columns) -> list[_Rule]:

@@ -137,7 +137,7 @@ def _refine_peak(score: NDArray[np.float32], row: int, column: int) -> tuple[flo
 
 
 def parabola_peak(values: NDArray[np.float32], index: int) -> float:
-    """Peak of the parabola through ``values[at]`` and its neighbours, relative to ``at``, in [-0.5, 0.5]."""
+    """Peak of the parabola through ``values[index]`` and its neighbours, relative to ``index``, in [-0.5, 0.5]."""
     if not 0 < index < len(values) - 1:
         return 0.0
     before, centre, after = (float(v) for v in values[index - 1 : index + 2])

@@ -129,7 +129,7 @@ def _serve(connection: Connection, detect: Detect, pictures: NDArray[np.uint8]) 
 
 
 def _close_all_but(kept_fd: int) -> None:
-    """Close the parent's files except ``kept`` and stderr, so that they really close when the parent closes them."""
+    """Close the parent's files except ``kept_fd`` and stderr, so that they really close when the parent closes them."""
     null_fd = os.open(os.devnull, os.O_RDWR)
     for standard_fd in (0, 1):
         os.dup2(null_fd, standard_fd)

@@ -124,7 +124,7 @@ def _time_update(
 ) -> tuple[FloatArray, FloatArray]:
     """Mean and covariance after one step.
 
-    ``wander`` is the process noise in the order centre, centre_px, scale, growth, aspect, drift_px, drift_decay.
+    ``process`` is the process noise in the order centre, centre_px, scale, growth, aspect, drift_px, drift_decay.
     """
     q = x[Q]
     # A step at most doubles the width, so that a wrong rate cannot make the box huge.
