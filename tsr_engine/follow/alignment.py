@@ -160,7 +160,7 @@ def _residual_lengths(
     offset: FloatArray,
     lengths: NDArray[np.float32],
 ) -> float:
-    """Write the lengths of the pixels' residuals into ``lengths``; returns the spread at which a residual counts half."""
+    """Write the lengths of residuals into ``lengths``; returns the spread at which a residual counts half."""
     height, width = weights.shape
     used = np.empty(height * width)
     count = 0
