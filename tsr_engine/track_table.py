@@ -107,11 +107,7 @@ class TrackTable:
 
     @classmethod
     def joined(cls, tables: Iterable[TrackTable], names: tuple[str, ...] = ()) -> TrackTable:
-        """The rows of several tables, one table after another.
-
-        Args:
-            tables: tables with the same numbering of tracks.
-            names: names of the tracks.
+        """The rows of several tables with one numbering of tracks, one table after another.
 
         Raises:
             ValueError: the tables have different ``sources``.

@@ -131,12 +131,7 @@ class DetectionPoints:
 
 
 def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[int] = frozenset()) -> Scene3dData:
-    """Read the data of a run.
-
-    Args:
-        evidence: reads the run.
-        run_id: the run.
-        needs_work: tracks that a person marked as needing work.
+    """Read the data of a run; ``needs_work``: tracks that a person marked as needing work.
 
     Raises:
         NotFound: no such run.

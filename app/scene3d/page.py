@@ -108,10 +108,7 @@ def viser_page() -> ViserPage:
 
 
 def policy(scripts: tuple[bytes, ...]) -> str:
-    """Content security policy of viser's page: only its own scripts and wasm, and connections only to this server.
-
-    Args:
-        scripts: the texts of its inline scripts.
+    """Content security policy of viser's page: only its own inline scripts and wasm, connections only to this server.
 
     The page is one file. Its loader unpacks the program with a wasm decoder and adds it as an inline script; the policy
     allows both by their hashes. Workers and pictures are blobs. Styles are inline, because viser's components set them.

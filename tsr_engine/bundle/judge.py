@@ -13,15 +13,7 @@ from tsr_engine.bundle.output import Output
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """The verdict on one expectation.
-
-    Attributes:
-        id: id of the expectation.
-        met: whether the output meets it.
-        expected: one sentence on the expectation.
-        got: one sentence on the output.
-        frame: frame to look at.
-    """
+    """The verdict on one expectation, with a sentence on both sides and the frame to look at."""
 
     id: str
     met: bool

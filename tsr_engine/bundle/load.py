@@ -47,16 +47,7 @@ _MAX_TEXT_BYTES = 64 << 20
 
 @dataclass(frozen=True, slots=True)
 class Bundle:
-    """An unpacked bundle whose files match its manifest.
-
-    Attributes:
-        name: the file's name.
-        folder: folder of the unpacked files.
-        manifest: its manifest.
-        frames: all frames that the engine processes.
-        expectation: the expected results.
-        output: the output of the run.
-    """
+    """An unpacked bundle whose files match its manifest; ``output`` is that of the run."""
 
     name: str
     folder: Path

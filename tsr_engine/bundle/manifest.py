@@ -142,11 +142,7 @@ class Manifest(_Part):
 
     @classmethod
     def read(cls, folder: Path, name: str) -> Manifest:
-        """Read and check the manifest of an unpacked bundle.
-
-        Args:
-            folder: folder of the unpacked bundle.
-            name: the bundle's name for messages.
+        """Read and check the manifest of an unpacked bundle; ``name`` is the bundle's in messages.
 
         Raises:
             ImportFormatError: missing, of another format version, or invalid; names the place.

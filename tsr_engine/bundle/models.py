@@ -67,11 +67,7 @@ def _hashes(folder: Path) -> dict[str, str]:
 
 
 def add_models(source: Path, target: Path) -> None:
-    """Copy a model folder into a bundle.
-
-    Args:
-        source: a model folder.
-        target: the new folder.
+    """Copy a model folder into a bundle, as a new folder.
 
     Raises:
         ModelError: the manifest of the models is damaged.

@@ -14,13 +14,7 @@ _WIDTH = 88
 
 
 def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Sequence[str]) -> str:
-    """The text of ``README.txt``.
-
-    Args:
-        manifest: of the bundle; ``files`` is not used.
-        findings: verdicts on the expectations when the bundle was made.
-        warnings: sentences for the reader.
-    """
+    """The text of ``README.txt``, by a manifest that need not have its ``files`` yet."""
     frames, run, network = manifest.frames, manifest.run, manifest.network
     options = "" if network is None else " --bundled-models" if network.inside else " --onnx FILE"
     last = frames.stop - 1

@@ -28,16 +28,7 @@ from tsr_engine.version import __version__
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The verdict on one expectation when the bundle was made and now.
-
-    Attributes:
-        id: id of the expectation.
-        expected: one sentence.
-        before: whether it was met when the bundle was made.
-        now: whether the replay meets it.
-        got: one sentence on the output now.
-        frame: frame to look at.
-    """
+    """The verdict on one expectation when the bundle was made and now; see :class:`~.judge.Finding`."""
 
     id: str
     expected: str

@@ -71,15 +71,7 @@ class BundleRequest:
 
 @dataclass(frozen=True, slots=True)
 class BundleReport:
-    """The report on a new bundle.
-
-    Attributes:
-        path: the file.
-        size: bytes.
-        manifest: its manifest.
-        findings: verdicts on the expectations for the run's output.
-        warnings: sentences for the maker.
-    """
+    """The report on a new bundle: its verdicts on the run's output, and warnings for the maker."""
 
     path: Path
     size: int

@@ -17,10 +17,7 @@ EXIT_INTERRUPTED = 130
 
 
 def leave_interrupted(kept: str) -> NoReturn:
-    """End a command after Ctrl-C, with a sentence on what is kept.
-
-    Args:
-        kept: the sentence.
+    """End a command after Ctrl-C, with the sentence ``kept`` on what is kept.
 
     Raises:
         typer.Exit: with the exit code of an interruption.

@@ -38,10 +38,6 @@ class CompilationNote:
 def progress_bar(title: str, unit: str) -> Iterator[ShowProgress]:
     """A progress bar on stderr if that is a terminal, else one line there if kernels are compiled.
 
-    Args:
-        title: title of the bar.
-        unit: unit of the number.
-
     Yields:
         A function to call with the number done, the total if known, and the rate as text.
     """

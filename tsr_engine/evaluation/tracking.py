@@ -200,13 +200,9 @@ def _errors_by_frame_and_sign(report: VideoReport) -> dict[tuple[int, int], floa
 
 
 def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
-    """Mean Eq. 7 of two trackers over the pairs of sign and frame that both cover.
+    """Mean Eq. 7 of two trackers on the same videos, over the pairs of sign and frame that both cover.
 
     A tracker can improve the mean over all of its results by leaving out hard signs, but not this mean.
-
-    Args:
-        ours: reports of one tracker.
-        theirs: reports of the other tracker, on the same videos in the same order.
 
     Returns:
         ``n``: number of common pairs; ``ours`` and ``theirs``: the means, None without common pairs.
@@ -222,13 +218,9 @@ def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) ->
 
 
 def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
-    """Mean Eq. 7 of two configurations over only the pairs of sign and frame in which they differ.
+    """Mean Eq. 7 of two configurations on the same videos, over the pairs of sign and frame in which they differ.
 
     A part of the engine that acts in few frames hardly changes a mean over all frames; this mean shows its effect.
-
-    Args:
-        ours: reports of one configuration.
-        theirs: reports of the other configuration, on the same videos in the same order.
 
     Returns:
         ``n``: number of pairs that both cover with different Eq. 7; ``ours`` and ``theirs``: the means over them, None

@@ -76,10 +76,7 @@ class TrackingCore:
         self._clock: float | None = None
 
     def step(self, frame: FrameInput) -> FrameEvidence:
-        """Process one frame.
-
-        Args:
-            frame: the next frame in presentation order.
+        """Process the next frame in presentation order.
 
         Returns:
             The frame's evidence, with timings of the stages and without regions.

@@ -60,12 +60,7 @@ def inspect_gate(
 
     The memory of crops is rebuilt from the track's first frame, so that it equals that of the run.
 
-    Args:
-        reader: the run.
-        params: the run's own parameters.
-        track_id: the track.
-        frame: ordinal of the frame.
-        pixels: returns the pixels of a frame by its ordinal.
+    ``params`` are the run's own; ``pixels`` returns those of a frame by its ordinal.
 
     Returns:
         The inspection; None if the gate did not judge the track in that frame.

@@ -17,11 +17,6 @@ def replay_regions(frame: FrameEvidence, pixels: FramePixels, params: Params) ->
 
     A replay with a search radius up to ``keep_radius`` searches around every prediction. A replay with other thresholds
     may start a track at any detection.
-
-    Args:
-        frame: the step's evidence, without regions.
-        pixels: the frame's pixels, which the step has read from.
-        params: parameters of the run.
     """
     pipeline = params.pipeline
     online = params.online.model_copy(update={"search_radius": max(pipeline.keep_radius, params.online.search_radius)})

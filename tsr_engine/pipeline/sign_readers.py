@@ -17,11 +17,7 @@ READER_COMPONENTS = (COMPONENT, NETWORK_COMPONENT)
 
 
 def load_reader(folder: Path | None = None, reader: Reader = "both") -> SignClassifier | Mixture:
-    """What reads signs by the models of a folder; unset: the shipped ones.
-
-    Args:
-        folder: the model folder.
-        reader: as the parameter of this name.
+    """What reads signs by the models of a folder; unset: the shipped ones. ``reader`` is the parameter of this name.
 
     Raises:
         ModelError: missing, damaged, or of another version.

@@ -20,13 +20,7 @@ MAX_VOTE_CLASSES = 5
 
 
 def read_frames(reader: EvidenceReader, first: int | None, stop: int | None, run_name: str = "the run") -> Frames:
-    """The frames ``first <= k < stop`` of a run; unset: from its first, to its last.
-
-    Args:
-        reader: of the run.
-        first: first frame.
-        stop: frame after the last.
-        run_name: the run's name in error sentences.
+    """The frames ``first <= k < stop`` of a run, which messages call ``run_name``; unset: from its first, to its last.
 
     Raises:
         UsageError: the run has not stored all of them.

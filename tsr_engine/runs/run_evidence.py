@@ -32,11 +32,6 @@ class RunEvidence:
     def __init__(self, folder: Path, request: RunRequest, header: RunHeader) -> None:
         """Open the folder, or make it.
 
-        Args:
-            folder: folder of the evidence.
-            request: request of the run.
-            header: header of the run.
-
         Raises:
             EvidenceError: the folder belongs to something else.
             StorageError: the folder cannot be written.

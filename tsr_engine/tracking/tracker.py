@@ -170,11 +170,7 @@ class Tracker:
         return track.box
 
     def finish(self, ordinal: int) -> TrackedFrame:
-        """Confirms, ends, merges and starts tracks; ends a frame.
-
-        Args:
-            ordinal: the frame, for events.
-        """
+        """Confirms, ends, merges and starts tracks; ends a frame."""
         events: list[Event] = []
         for track in self._tracks.values():
             if track.undetected > 0:
