@@ -8,7 +8,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from typing import TYPE_CHECKING
-from weakref import WeakSet
+from weakref import WeakSet, WeakValueDictionary
 
 import cv2
 import numpy as np
@@ -65,7 +65,7 @@ class Scene3dService:
         self.idle = IDLE_TIMEOUT_S
         self._lock = threading.Lock()
         self._views: dict[tuple[str, str], View] = {}
-        self._opening: dict[tuple[str, str], threading.Lock] = {}
+        self._opening: WeakValueDictionary[tuple[str, str], threading.Lock] = WeakValueDictionary()
         self._view_states: OrderedDict[tuple[str, str], JsonObject] = OrderedDict()
         self._stopped: WeakSet[View] = WeakSet()
         self._collect_until = 0.0
@@ -92,22 +92,18 @@ class Scene3dService:
         key = run_id, name
         with self._lock:
             opening = self._opening.setdefault(key, threading.Lock())
-        try:
-            with opening:
-                with self._lock:
-                    view = self._views.get(key)
-                    if view is not None:
-                        view.clients += 1
-                        return view
-                self._make_room()
-                view = self._open(run_id, name)
-                if not self._register(key, view):
-                    view.stop()
-                    raise Busy("The server is ending. Start it again and reload the page.")
-                return view
-        finally:
+        with opening:
             with self._lock:
-                self._opening.pop(key, None)
+                view = self._views.get(key)
+                if view is not None:
+                    view.clients += 1
+                    return view
+            self._make_room()
+            view = self._open(run_id, name)
+            if not self._register(key, view):
+                view.stop()
+                raise Busy("The server is ending. Start it again and reload the page.")
+            return view
 
     def disconnect(self, view: View) -> None:
         """Count one viewer less."""
@@ -126,8 +122,8 @@ class Scene3dService:
                 self._view_states[run_id, name] = {**known, **changes}
                 while len(self._view_states) > _MAX_STORED_STATES:
                     self._view_states.popitem(last=False)
-        for view in views:
-            view.request(**changes)
+            for view in views:
+                view.request(**changes)
         return len(views)
 
     def views(self) -> dict[tuple[str, str], View]:
@@ -142,8 +138,7 @@ class Scene3dService:
     def stop_idle(self) -> None:
         """Stop the views without viewers for ``idle`` seconds; called once a second."""
         now = time.monotonic()
-        if self._stop_where(lambda key, view: view.clients == 0 and now - view.left_at >= self.idle):
-            self._collect_until = now + _COLLECT_FOR_S
+        self._stop_where(lambda key, view: view.clients == 0 and now - view.left_at >= self.idle)
         if self._stopped and now < self._collect_until:
             # viser's objects refer to each other, and a large process collects such old ones too seldom
             gc.collect()
@@ -187,12 +182,10 @@ class Scene3dService:
                 return False
             view.clients += 1
             self._views[key] = view
-            view_states = self._view_states.get(key, {})
+            view.request(**self._view_states.get(key, {}))
             if self._reaper is None:
                 self._reaper = threading.Thread(target=self._reap, name="tsr-scene3d-idle", daemon=True)
                 self._reaper.start()
-        if view_states:
-            view.request(**view_states)
         return True
 
     def _publish(self, run_id: str, data: JsonObject) -> None:
@@ -206,22 +199,23 @@ class Scene3dService:
             idle = [(view.left_at, key) for key, view in self._views.items() if view.clients == 0]
             if not idle:
                 raise Busy(f"{MAX_VIEWS} 3-D views are open, which is the limit. Close one of them.")
-            view = self._views.pop(min(idle)[1])
-        view.stop()
+            oldest = min(idle)[1]
+        self._stop_where(lambda key, view: key == oldest and view.clients == 0)
 
     def _reap(self) -> None:
         while not self._ended.wait(min(_CHECK_INTERVAL_S, max(0.05, self.idle / 4))):
             self.stop_idle()
 
-    def _stop_where(self, condition: Callable[[tuple[str, str], View], bool]) -> int:
-        """Stop some views; return their number."""
+    def _stop_where(self, condition: Callable[[tuple[str, str], View], bool]) -> None:
+        """Stop some views."""
         with self._lock:
             keys = [key for key, view in self._views.items() if condition(key, view)]
             views = [self._views.pop(key) for key in keys]
-            self._stopped.update(views)
+            if views:
+                self._stopped.update(views)
+                self._collect_until = time.monotonic() + _COLLECT_FOR_S
         for view in views:
             view.stop()
-        return len(views)
 
 
 def marked_tracks(database: Database, run_id: str) -> frozenset[int]:
