@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.evidence.regions import StoredPixels
 from tsr_engine.gating.gate import Gate
 from tsr_engine.gating.perceptual_hash import HashMemory, hash_picture, perceptual_hash
 from tsr_engine.gating.symmetry import Symmetry
@@ -41,16 +40,6 @@ class Inspection:
     memory: HashMemory
     crop_hash: int
     mean_hash: int
-
-
-def stored_pixels(reader: EvidenceReader, frame: int) -> StoredPixels:
-    """The pixels of a frame in the evidence.
-
-    Raises:
-        EvidenceError: the evidence does not have the frame.
-    """
-    size, _ = _size_and_shift(reader, frame)
-    return StoredPixels(*size, reader.regions(frame))
 
 
 def inspect_gate(
