@@ -33,7 +33,7 @@ from tsr_engine.bundle.manifest import (
     NetworkFacts,
     SourceVideo,
 )
-from tsr_engine.bundle.models import add_models, choose_models
+from tsr_engine.bundle.models import ModelChoice, add_models, choose_models
 from tsr_engine.bundle.network import add_network, network_text
 from tsr_engine.bundle.output import Output, write_rows
 from tsr_engine.bundle.readme import readme_text
@@ -111,9 +111,8 @@ class _BundleBuilder:
         with (folder / OUTPUT).open("w", encoding="utf-8", newline="") as out:
             write_rows(out, output.rows)
         (folder / EXPECTATION).write_text(request.expectation.text(), encoding="utf-8", newline="")
-        corrections = {"format": 1, **request.corrections}
-        text = json.dumps(corrections, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-        (folder / CORRECTIONS).write_text(text, encoding="utf-8", newline="")
+        corrections = json.dumps({"format": 1, **request.corrections}, indent=1, sort_keys=True, ensure_ascii=False)
+        (folder / CORRECTIONS).write_text(corrections + "\n", encoding="utf-8", newline="")
         models = choose_models(self.reader.header.models, request.models)
         if models.folder is not None:
             add_models(models.folder, folder / MODELS)
@@ -122,8 +121,7 @@ class _BundleBuilder:
         self.progress(4 * self.count, self.steps)
         findings = judge(request.expectation, output)
         self._warn(findings, output, models.folder is None and "not inside" in models.text, network)
-        manifest = self._manifest(clip, models.text, models.folder is not None, recording, findings)
-        manifest = manifest.model_copy(update={"network": network})
+        manifest = self._manifest(clip, models, network, recording, findings)
         (folder / README).write_text(readme_text(manifest, findings, self.warnings), encoding="utf-8", newline="")
         manifest = manifest.model_copy(update={"files": _files(folder)})
         (folder / MANIFEST).write_text(manifest.text(), encoding="utf-8", newline="")
@@ -168,14 +166,11 @@ class _BundleBuilder:
         """Store the evidence of the range; return its result rows."""
         stream = ResultStream()
         rows: list[ResultRow] = []
-        done = 0
 
         def on_frame(frame: FrameEvidence) -> None:
-            nonlocal done
             rows.extend(stream.add(frame))
             self.seconds[frame.ordinal] = frame.seconds
-            done += 1
-            self.progress(done, self.steps)
+            self.progress(len(self.seconds), self.steps)
 
         write_slice(
             self.reader,
@@ -239,7 +234,12 @@ class _BundleBuilder:
             self.warnings.append(network_text(network))
 
     def _manifest(
-        self, clip: Clip, models: str, models_inside: bool, recording: str, findings: Sequence[Finding]
+        self,
+        clip: Clip,
+        models: ModelChoice,
+        network: NetworkFacts | None,
+        recording: str,
+        findings: Sequence[Finding],
     ) -> Manifest:
         request, header = self.request, self.reader.header
         table = header.frame_table
@@ -281,8 +281,9 @@ class _BundleBuilder:
                 models=dict(header.models),
                 interval=interval,
             ),
-            models=models,
-            models_inside=models_inside,
+            models=models.text,
+            models_inside=models.folder is not None,
+            network=network,
             recording=recording,
             got=[Got(id=finding.id, met=finding.met, text=finding.got) for finding in findings],
             files=[],
