@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import threading
+import io
+import subprocess
 from types import SimpleNamespace
-from typing import Any
 
-from tsr_engine.batch.node_runner import _ProcessActor
+import pytest
+
+from tsr_engine.batch.node_runner import ProcessActor
 
 
-def test_a_message_that_comes_during_a_poll_is_not_lost() -> None:
-    actor: Any = _ProcessActor()
-    actor._process, actor._reader = SimpleNamespace(poll=lambda: None), threading.Thread()
-    lines = actor._lines  # the reading thread looks it up before it adds a line, and may be stopped in between
+def test_a_message_that_comes_during_a_poll_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    silent = SimpleNamespace(stdin=io.BytesIO(), stdout=io.BytesIO(), poll=lambda: None)
+    monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: silent)
+    actor = ProcessActor()
+    actor.start(b"")
+    lines = actor.lines  # the reading thread looks it up before it adds a line, and may be stopped in between
     assert actor.poll() == ([], None)
     lines.append("done")
     assert actor.poll() == (["done"], None)

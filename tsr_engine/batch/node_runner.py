@@ -46,11 +46,11 @@ class NodeLost(Exception):
         self.code = code
 
 
-class _ProcessActor:
-    """An actor that runs the process on its node."""
+class ProcessActor:
+    """An actor that runs the process on its node; ``lines`` are the messages since the last poll."""
 
     def __init__(self) -> None:
-        self._lines: deque[str] = deque()
+        self.lines: deque[str] = deque()
         self._process: subprocess.Popen[bytes] | None = None
         self._reader: threading.Thread | None = None
 
@@ -73,7 +73,7 @@ class _ProcessActor:
         assert self._process is not None
         assert self._process.stdout is not None
         for line in self._process.stdout:
-            self._lines.append(line.decode())
+            self.lines.append(line.decode())
 
     def poll(self) -> tuple[list[str], int | None]:
         """Messages since the last call, and the exit code after the last message."""
@@ -82,7 +82,7 @@ class _ProcessActor:
         code = self._process.poll()
         if code is not None:
             self._reader.join()
-        return [self._lines.popleft() for _ in range(len(self._lines))], code
+        return [self.lines.popleft() for _ in range(len(self.lines))], code
 
     def stop(self) -> None:
         """Ask the process to end."""
@@ -121,7 +121,7 @@ def run_on_node(
     try:
         _require_cpus(ray, task.request.cores)
         with _node_errors(ray):
-            runner = ray.remote(_ProcessActor).options(num_cpus=task.request.cores).remote()
+            runner = ray.remote(ProcessActor).options(num_cpus=task.request.cores).remote()
             started = runner.start.remote(pickle.dumps(task))
             noted, late = False, time.monotonic() + NOTE_AFTER_S
             while not ray.wait([started], timeout=_POLL_INTERVAL_S)[0]:  # no node has a free CPU

@@ -6,6 +6,9 @@ import gc
 import threading
 import time
 import weakref
+from collections.abc import Iterator
+from contextlib import nullcontext
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -30,28 +33,30 @@ class FakeView:
 
 
 @pytest.fixture
-def service() -> Any:
-    nothing: Any = None
-    service: Any = Scene3dService(nothing, nothing, nothing, nothing, nothing)
-    service._open = lambda run, name: FakeView()
+def service(monkeypatch: pytest.MonkeyPatch) -> Iterator[Scene3dService]:
+    nothing: Any = SimpleNamespace(raw=None, read=lambda: nullcontext(SimpleNamespace(get=lambda *_: None)))
+    monkeypatch.setattr(service_module, "marked_tracks", lambda *_: frozenset())
+    monkeypatch.setattr(service_module, "load_scene3d", lambda *_: SimpleNamespace(frames=(), times=(), ids=()))
+    monkeypatch.setattr(service_module, "View", lambda *_: FakeView())
+    service = Scene3dService(nothing, nothing, nothing, nothing, nothing)
     yield service
     service.close()
 
 
-def test_a_view_is_opened_once_after_a_failure_too(service: Any) -> None:
+def test_a_view_is_opened_once_after_a_failure_too(service: Scene3dService, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first opening fails while a second caller waits; a third one comes while the second one opens the view."""
     turns, opened = [threading.Event(), threading.Event(), threading.Event()], []
 
-    def open_view(run: str, name: str) -> FakeView:
-        opened.append(name)
-        number = len(opened) - 1
+    def open_view(*_: object) -> FakeView:
+        number = len(opened)
+        opened.append(number)
         assert turns[number].wait(60)
         if number == 0:
             raise ValueError("no such run")
         return FakeView()
 
-    service._open = open_view
-    found: list[FakeView] = []
+    monkeypatch.setattr(service_module, "View", open_view)
+    found: list[Any] = []
 
     def connect() -> None:
         try:
@@ -77,7 +82,9 @@ def test_a_view_is_opened_once_after_a_failure_too(service: Any) -> None:
     assert found[1].clients == 2
 
 
-def test_a_move_while_a_view_is_registered_wins_over_an_earlier_one(service: Any) -> None:
+def test_a_move_while_a_view_is_registered_wins_over_an_earlier_one(
+    service: Scene3dService, monkeypatch: pytest.MonkeyPatch
+) -> None:
     class SlowView(FakeView):
         def request(self, **changes: object) -> None:
             if "frame" in changes and not self.state:
@@ -87,15 +94,15 @@ def test_a_move_while_a_view_is_registered_wins_over_an_earlier_one(service: Any
             super().request(**changes)
 
     move = threading.Thread(target=lambda: service.move("run", "view", frame=2))
-    service._open = lambda run, name: SlowView()
+    monkeypatch.setattr(service_module, "View", lambda *_: SlowView())
     service.move("run", "view", frame=1)
-    view = service.connect("run", "view")
+    view: Any = service.connect("run", "view")
     move.join(60)
     assert view.state["frame"] == 2
 
 
 @pytest.mark.parametrize("by", ["room", "removal"])
-def test_a_view_that_is_closed_for_any_reason_leaves_the_memory(service: Any, by: str) -> None:
+def test_a_view_that_is_closed_for_any_reason_leaves_the_memory(service: Scene3dService, by: str) -> None:
     view = service.connect("run", "0")
     service.disconnect(view)
     kept = weakref.ref(view)
