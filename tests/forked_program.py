@@ -63,13 +63,7 @@ class ForkedProgram:
             stderr_fd = os.dup(2) if stderr is None else os.open(os.devnull, os.O_WRONLY)
         # a connection is what multiprocessing hands on to a process that is no child
         streams = {0: Connection(stdin_fd, writable=False), 2: Connection(stderr_fd, readable=False)}
-        call = (
-            program,
-            list(arguments),
-            dict(os.environ if env is None else env),
-            cwd or Path.cwd(),
-            streams,
-        )
+        call = (program, list(arguments), dict(os.environ if env is None else env), cwd or Path.cwd(), streams)
         self._process: BaseProcess = _FORK_SERVER.Process(target=_run, args=call)
         self._process.start()
         for stream in streams.values():

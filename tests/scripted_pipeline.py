@@ -15,15 +15,7 @@ from tsr_engine.params.gate import GateParams
 from tsr_engine.pipeline import FrameInput, Models, TrackingCore
 from tsr_engine.pipeline.track_context import WindowScorer
 from tsr_engine.protocols import PixelSource
-from tsr_engine.records import (
-    Detections,
-    FloatArray,
-    FrameEvidence,
-    GateVerdict,
-    Picture,
-    Relocalisation,
-    Sample,
-)
+from tsr_engine.records import Detections, FloatArray, FrameEvidence, GateVerdict, Picture, Relocalisation, Sample
 
 WIDTH, HEIGHT = 200, 160
 NONE = Detections.empty()

@@ -10,7 +10,8 @@ import pytest
 from tests import toy_pipeline
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence import EvidenceReader
-from tsr_engine.pipeline.gate_inspection import inspect_gate, stored_pixels
+from tsr_engine.evidence.regions import StoredPixels
+from tsr_engine.pipeline.gate_inspection import Inspection, inspect_gate
 from tsr_engine.runs.track_video import RunRequest, track_video
 
 
@@ -22,14 +23,19 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "run"
 
 
+def inspect(reader: EvidenceReader, track: int, frame: int) -> Inspection | None:
+    def pixels(ordinal: int) -> StoredPixels:
+        return StoredPixels(toy_pipeline.WIDTH, toy_pipeline.HEIGHT, reader.regions(ordinal))
+
+    return inspect_gate(reader, toy_pipeline.PARAMS, track, frame, pixels)
+
+
 def test_every_stored_verdict_is_reproduced_bit_by_bit(run: Path) -> None:
     compared = 0
     with EvidenceReader(run) as reader:
         for frame in reader.frames(pixels=False):
             for track in frame.tracks:
-                found = inspect_gate(
-                    reader, toy_pipeline.PARAMS, track.track_id, frame.ordinal, lambda k: stored_pixels(reader, k)
-                )
+                found = inspect(reader, track.track_id, frame.ordinal)
                 if track.gate is None:
                     assert found is None
                     continue
@@ -46,9 +52,7 @@ def test_each_pair_has_one_symmetry_weight(run: Path) -> None:
     with EvidenceReader(run) as reader:
         for frame in reader.frames(pixels=False):
             for track in frame.tracks:
-                found = inspect_gate(
-                    reader, toy_pipeline.PARAMS, track.track_id, frame.ordinal, lambda k: stored_pixels(reader, k)
-                )
+                found = inspect(reader, track.track_id, frame.ordinal)
                 if found is None:
                     continue
                 weights, symmetry = found.symmetry.weights, found.symmetry
@@ -61,11 +65,8 @@ def test_each_pair_has_one_symmetry_weight(run: Path) -> None:
 
 
 def test_an_unknown_frame_is_refused(run: Path) -> None:
-    with EvidenceReader(run) as reader:
-        with pytest.raises(EvidenceError, match="no frame 99"):
-            inspect_gate(reader, toy_pipeline.PARAMS, 1, 99, lambda k: stored_pixels(reader, k))
-        with pytest.raises(EvidenceError, match="no frame 99"):
-            stored_pixels(reader, 99)
+    with EvidenceReader(run) as reader, pytest.raises(EvidenceError, match="no frame 99"):
+        inspect(reader, 1, 99)
 
 
 def test_any_query_is_allowed_but_no_change(run: Path) -> None:

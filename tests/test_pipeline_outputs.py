@@ -32,20 +32,14 @@ def test_outputs_may_not_be_the_video(drive: Path, tmp_path: Path) -> None:
             track_video(RunRequest(drive, toy_pipeline.PARAMS, annotated=output), toy_pipeline.components())
     same = tmp_path / "x.mp4"
     with pytest.raises(UsageError, match="same name"):
-        track_video(
-            RunRequest(drive, toy_pipeline.PARAMS, csv=same, annotated=same),
-            toy_pipeline.components(),
-        )
+        track_video(RunRequest(drive, toy_pipeline.PARAMS, csv=same, annotated=same), toy_pipeline.components())
     assert drive.read_bytes() == before
 
 
 @pytest.mark.parametrize("name", ["seen.avi", "seen"])
 def test_an_annotated_video_has_a_description(drive: Path, tmp_path: Path, name: str) -> None:
     with pytest.raises(UsageError, match=r"ends in \.mp4, got .*seen"):
-        track_video(
-            RunRequest(drive, toy_pipeline.PARAMS, annotated=tmp_path / name),
-            toy_pipeline.components(),
-        )
+        track_video(RunRequest(drive, toy_pipeline.PARAMS, annotated=tmp_path / name), toy_pipeline.components())
     assert not list(tmp_path.iterdir())
 
 

@@ -209,10 +209,7 @@ def test_resuming_does_not_decode_from_the_start(timed: bool, tmp_path: Path, st
     assert (report.resumed_at, report.computed) == (60, 10)
     # One step opens the file. A jump to a key frame, here 50, takes none; the very first frame is decoded again.
     assert min(steps[1:]) == (50 if timed else -1)
-    track_video(
-        RunRequest(video, toy_pipeline.PARAMS, tmp_path / "whole", stop=70),
-        toy_pipeline.components(),
-    )
+    track_video(RunRequest(video, toy_pipeline.PARAMS, tmp_path / "whole", stop=70), toy_pipeline.components())
     assert_same_run(tmp_path / "run", tmp_path / "whole")
 
 
@@ -242,11 +239,7 @@ def test_a_finished_run_is_not_computed_again(drive: Path, finished: tuple[Path,
 
 def test_progress_counts_to_the_end(drive: Path) -> None:
     seen: list[Progress] = []
-    track_video(
-        RunRequest(drive, toy_pipeline.PARAMS, stop=20),
-        toy_pipeline.components(),
-        progress=seen.append,
-    )
+    track_video(RunRequest(drive, toy_pipeline.PARAMS, stop=20), toy_pipeline.components(), progress=seen.append)
     assert [at.done for at in seen] == list(range(1, 21))
     assert {at.total for at in seen} == {20}
     assert (seen[0].rate, seen[0].remaining) == (None, None)  # one frame, which includes compilation, gives no rate
@@ -273,10 +266,7 @@ def test_evidence_of_another_video_or_parameters_is_refused(
     with pytest.raises(EvidenceError, match="tau"):
         track_video(RunRequest(drive, changed, folder / "run"), toy_pipeline.components(changed))
     with pytest.raises(EvidenceError, match="frames from 0 on, expected from 5 on"):
-        track_video(
-            RunRequest(drive, toy_pipeline.PARAMS, folder / "run", start=5),
-            toy_pipeline.components(),
-        )
+        track_video(RunRequest(drive, toy_pipeline.PARAMS, folder / "run", start=5), toy_pipeline.components())
     with EvidenceReader(folder / "run") as reader:
         assert len(reader) == FRAMES
 

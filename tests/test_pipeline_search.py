@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.scripted_pipeline import (
-    NONE,
-    ScriptedPipeline,
-    detection,
-    plain_gate,
-)
+from tests.scripted_pipeline import NONE, ScriptedPipeline, detection, plain_gate
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.records import FloatArray

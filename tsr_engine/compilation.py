@@ -17,8 +17,6 @@ from numba.core.event import Event, Listener, install_listener
 
 from tsr_engine.periodic import call_periodically
 
-__all__ = ["COMPILING", "MAX_SILENCE_S", "NEXT_KERNEL_S", "report_compilation", "watch_compilation"]
-
 COMPILING: Final = "compiling the numeric kernels, once, which takes a minute or two"
 """What a progress line says meanwhile."""
 MAX_SILENCE_S: Final = 20.0

@@ -13,18 +13,9 @@ from typing import Final
 
 from tsr_engine.errors import UsageError
 
-__all__ = ["EXTRAS", "MissingExtra", "explained", "missing_extra", "require_extra"]
-
 EXTRAS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
     {
-        "review": (
-            "alembic",
-            "fastapi",
-            "pydantic_settings",
-            "sqlalchemy",
-            "starlette",
-            "uvicorn",
-        ),
+        "review": ("alembic", "fastapi", "pydantic_settings", "sqlalchemy", "starlette", "uvicorn"),
         "recordings": ("rerun", "rerun_bindings"),
         "scene3d": ("viser", "websockets", "zstandard"),
         "train": ("matplotlib", "sklearn"),

@@ -13,8 +13,6 @@ from tsr_engine.io.video import FrameTable, VideoLimits, open_video
 from tsr_engine.params import Params
 from tsr_engine.pipeline import load_detector, load_online, one_blas_thread
 
-__all__ = ["follow_video", "load_follower"]
-
 
 def load_follower(folder: Path | None = None) -> FollowerModels:
     """Load the models that following needs.
@@ -73,12 +71,5 @@ def follow_video(
         one_blas_thread(),
     ):
         yield from follow(
-            pictures,
-            anchors,
-            parts,
-            direction=direction,
-            first=first,
-            last=last,
-            between=between,
-            cancelled=cancelled,
+            pictures, anchors, parts, direction=direction, first=first, last=last, between=between, cancelled=cancelled
         )

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["JsonMapping", "JsonObject"]
-
 JsonObject = dict[str, Any]  # Any: values of a JSON document
 """A JSON object whose keys depend on the version that wrote it: columns, messages, figures."""
 

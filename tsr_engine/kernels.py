@@ -11,7 +11,5 @@ from functools import partial
 
 from numba import njit
 
-__all__ = ["kernel"]
-
 kernel = partial(njit, cache=True, nogil=True, error_model="numpy", _nrt=False)
 """``numba.njit`` without counts of references; the compiler refuses a kernel that makes an array."""

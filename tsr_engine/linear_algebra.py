@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.records import FloatArray
 
-__all__ = ["dot", "product", "solve"]
-
 # These kernels must not reorder sums (fastmath) or fuse a product with a sum.
 
 

@@ -6,8 +6,6 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["call_periodically"]
-
 
 @contextmanager
 def call_periodically(name: str, pause: float, function: Callable[[], None]) -> Iterator[None]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["plural"]
-
 
 def plural(number: int, singular: str, plural_form: str | None = None) -> str:
     """The number with its noun: ``1 frame``, ``2 frames``.

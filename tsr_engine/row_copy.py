@@ -7,8 +7,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.kernels import kernel
 
-__all__ = ["copy_row"]
-
 
 @kernel()
 def copy_row(source: NDArray[np.generic], target: NDArray[np.generic]) -> None:

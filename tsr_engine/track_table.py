@@ -18,8 +18,6 @@ from tsr_engine.geometry.boxes import area, clip
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.records import FloatArray, Source
 
-__all__ = ["NO_CLASS", "NO_SOURCE", "SOURCES", "BoolArray", "IntArray", "TrackTable"]
-
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
@@ -109,11 +107,7 @@ class TrackTable:
 
     @classmethod
     def joined(cls, tables: Iterable[TrackTable], names: tuple[str, ...] = ()) -> TrackTable:
-        """The rows of several tables, one table after another.
-
-        Args:
-            tables: tables with the same numbering of tracks.
-            names: names of the tracks.
+        """The rows of several tables with one numbering of tracks, one table after another.
 
         Raises:
             ValueError: the tables have different ``sources``.

@@ -10,8 +10,6 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["COLOURS", "INK", "Colouring", "Entry", "Paint", "height_colours", "legend_html", "linear", "paint"]
-
 Colouring = Literal["class", "verdict", "source"]
 COLOURS: Final[dict[Colouring, str]] = {
     "class": "Class of the track",

@@ -16,8 +16,6 @@ from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import Label, LabelSet
 
-__all__ = ["SIGN_SIZES", "UNKNOWN_SIZE", "DetectionPoints", "Scene3dData", "Sign", "load_detections", "load_scene3d"]
-
 SIGN_SIZES = {"circle": 0.60, "triangle": 0.90, "inverted triangle": 0.90, "octagon": 0.90, "diamond": 0.60}
 """Width of a sign by shape, m: size 2 of the German catalogue (VzKat), usual at 50 to 100 km/h."""
 UNKNOWN_SIZE = 0.60
@@ -133,12 +131,7 @@ class DetectionPoints:
 
 
 def load_scene3d(evidence: EvidenceService, run_id: str, needs_work: frozenset[int] = frozenset()) -> Scene3dData:
-    """Read the data of a run.
-
-    Args:
-        evidence: reads the run.
-        run_id: the run.
-        needs_work: tracks that a person marked as needing work.
+    """Read the data of a run; ``needs_work``: tracks that a person marked as needing work.
 
     Raises:
         NotFound: no such run.

@@ -16,8 +16,6 @@ from app.scene3d.viser_host import ViserHost
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["scene_html"]
-
 
 def scene_html(
     context: Callable[[viser.SceneApi], SceneContext],

@@ -12,8 +12,6 @@ from app.storage.database import Database
 from app.storage.lookup import require_run
 from app.storage.models import Video
 
-__all__ = ["JOB", "SceneService"]
-
 JOB = "scene"
 
 

@@ -14,23 +14,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "FLAT",
-    "UPRIGHT",
-    "Camera",
-    "Volume",
-    "block_positions",
-    "focal_length",
-    "frustum_scale",
-    "grid_lines",
-    "metric_positions",
-    "nice_step",
-    "pick_rows",
-    "polyline_ids",
-    "simplify_lines",
-    "surface",
-]
-
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]

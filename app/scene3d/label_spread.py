@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike
 
 from tsr_engine.records import FloatArray
 
-__all__ = ["label_offsets", "label_text"]
-
 FIELD_OF_VIEW_RAD: Final = 0.7
 """Vertical field of view of the viewer's camera, rad."""
 VIEW_HEIGHT_PX: Final = 560.0

@@ -16,19 +16,6 @@ import numpy as np
 
 from tsr_engine.errors import StorageError
 
-__all__ = [
-    "ALPHABET",
-    "AWAKE",
-    "BAR",
-    "HUSH",
-    "PLAIN",
-    "ViserPage",
-    "from_base88",
-    "page_scripts",
-    "policy",
-    "viser_page",
-]
-
 HUSH: Final = (
     "addEventListener('unhandledrejection', (event) => { "
     "if (event.reason instanceof EvalError) event.preventDefault(); });"
@@ -121,10 +108,7 @@ def viser_page() -> ViserPage:
 
 
 def policy(scripts: tuple[bytes, ...]) -> str:
-    """Content security policy of viser's page: only its own scripts and wasm, and connections only to this server.
-
-    Args:
-        scripts: the texts of its inline scripts.
+    """Content security policy of viser's page: only its own inline scripts and wasm, connections only to this server.
 
     The page is one file. Its loader unpacks the program with a wasm decoder and adds it as an inline script; the policy
     allows both by their hashes. Workers and pictures are blobs. Styles are inline, because viser's components set them.
@@ -157,7 +141,7 @@ def page_scripts(page: str) -> tuple[bytes, ...]:
 
 def from_base88(text: str) -> bytes:
     """Decode base 88: five characters are four bytes; the last k characters are k - 1 bytes."""
-    values = np.full(128, 0, np.uint64)
+    values = np.zeros(128, np.uint64)
     values[[ord(c) for c in ALPHABET]] = np.arange(88, dtype=np.uint64)
     digits = values[np.frombuffer(text.encode("ascii"), np.uint8)]
     whole = len(digits) // 5 * 5

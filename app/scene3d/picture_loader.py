@@ -9,8 +9,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PictureLoader"]
-
 Image = NDArray[np.uint8]
 _log = logging.getLogger("tsr.scene3d")
 

@@ -16,8 +16,6 @@ from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.errors import TsrError
 from tsr_engine.io.models import SHIPPED, load_component, read_manifest
 
-__all__ = ["Prior", "find_prior"]
-
 
 @dataclass(frozen=True, slots=True)
 class Prior:

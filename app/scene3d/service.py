@@ -8,7 +8,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from typing import TYPE_CHECKING
-from weakref import WeakSet
+from weakref import WeakSet, WeakValueDictionary
 
 import cv2
 import numpy as np
@@ -22,7 +22,7 @@ from app.scene3d.data import DetectionPoints, Scene3dData, load_detections, load
 from app.scene3d.prior import Prior
 from app.scene3d.scenes.base import Image, SceneContext
 from app.scene3d.view import LONG_RUN_S, MANY_TRACKS, View
-from app.scene3d.view_state import Mode, ViewState
+from app.scene3d.view_state import ViewState
 from app.storage.database import Database
 from app.storage.models import Run
 from app.videos.frames import FrameService
@@ -32,8 +32,6 @@ from tsr_engine.records import Picture
 
 if TYPE_CHECKING:
     import viser
-
-__all__ = ["Scene3dService", "context_of", "first_view_state", "marked_tracks", "pictures_of"]
 
 MAX_VIEWS = 4
 IDLE_TIMEOUT_S = 45.0
@@ -67,7 +65,7 @@ class Scene3dService:
         self.idle = IDLE_TIMEOUT_S
         self._lock = threading.Lock()
         self._views: dict[tuple[str, str], View] = {}
-        self._opening: dict[tuple[str, str], threading.Lock] = {}
+        self._opening: WeakValueDictionary[tuple[str, str], threading.Lock] = WeakValueDictionary()
         self._view_states: OrderedDict[tuple[str, str], JsonObject] = OrderedDict()
         self._stopped: WeakSet[View] = WeakSet()
         self._collect_until = 0.0
@@ -94,22 +92,18 @@ class Scene3dService:
         key = run_id, name
         with self._lock:
             opening = self._opening.setdefault(key, threading.Lock())
-        try:
-            with opening:
-                with self._lock:
-                    view = self._views.get(key)
-                    if view is not None:
-                        view.clients += 1
-                        return view
-                self._make_room()
-                view = self._open(run_id, name)
-                if not self._register(key, view):
-                    view.stop()
-                    raise Busy("The server is ending. Start it again and reload the page.")
-                return view
-        finally:
+        with opening:
             with self._lock:
-                self._opening.pop(key, None)
+                view = self._views.get(key)
+                if view is not None:
+                    view.clients += 1
+                    return view
+            self._make_room()
+            view = self._open(run_id, name)
+            if not self._register(key, view):
+                view.stop()
+                raise Busy("The server is ending. Start it again and reload the page.")
+            return view
 
     def disconnect(self, view: View) -> None:
         """Count one viewer less."""
@@ -128,8 +122,8 @@ class Scene3dService:
                 self._view_states[run_id, name] = {**known, **changes}
                 while len(self._view_states) > _MAX_STORED_STATES:
                     self._view_states.popitem(last=False)
-        for view in views:
-            view.request(**changes)
+            for view in views:
+                view.request(**changes)
         return len(views)
 
     def views(self) -> dict[tuple[str, str], View]:
@@ -144,8 +138,7 @@ class Scene3dService:
     def stop_idle(self) -> None:
         """Stop the views without viewers for ``idle`` seconds; called once a second."""
         now = time.monotonic()
-        if self._stop_where(lambda key, view: view.clients == 0 and now - view.left_at >= self.idle):
-            self._collect_until = now + _COLLECT_FOR_S
+        self._stop_where(lambda key, view: view.clients == 0 and now - view.left_at >= self.idle)
         if self._stopped and now < self._collect_until:
             # viser's objects refer to each other, and a large process collects such old ones too seldom
             gc.collect()
@@ -189,12 +182,10 @@ class Scene3dService:
                 return False
             view.clients += 1
             self._views[key] = view
-            view_states = self._view_states.get(key, {})
+            view.request(**self._view_states.get(key, {}))
             if self._reaper is None:
                 self._reaper = threading.Thread(target=self._reap, name="tsr-scene3d-idle", daemon=True)
                 self._reaper.start()
-        if view_states:
-            view.request(**view_states)
         return True
 
     def _publish(self, run_id: str, data: JsonObject) -> None:
@@ -208,22 +199,23 @@ class Scene3dService:
             idle = [(view.left_at, key) for key, view in self._views.items() if view.clients == 0]
             if not idle:
                 raise Busy(f"{MAX_VIEWS} 3-D views are open, which is the limit. Close one of them.")
-            view = self._views.pop(min(idle)[1])
-        view.stop()
+            oldest = min(idle)[1]
+        self._stop_where(lambda key, view: key == oldest and view.clients == 0)
 
     def _reap(self) -> None:
         while not self._ended.wait(min(_CHECK_INTERVAL_S, max(0.05, self.idle / 4))):
             self.stop_idle()
 
-    def _stop_where(self, condition: Callable[[tuple[str, str], View], bool]) -> int:
-        """Stop some views; return their number."""
+    def _stop_where(self, condition: Callable[[tuple[str, str], View], bool]) -> None:
+        """Stop some views."""
         with self._lock:
             keys = [key for key, view in self._views.items() if condition(key, view)]
             views = [self._views.pop(key) for key in keys]
-            self._stopped.update(views)
+            if views:
+                self._stopped.update(views)
+                self._collect_until = time.monotonic() + _COLLECT_FOR_S
         for view in views:
             view.stop()
-        return len(views)
 
 
 def marked_tracks(database: Database, run_id: str) -> frozenset[int]:
@@ -237,11 +229,11 @@ def marked_tracks(database: Database, run_id: str) -> frozenset[int]:
     )
 
 
-def first_view_state(data: Scene3dData, mode: Mode = "volume") -> ViewState:
+def first_view_state(data: Scene3dData) -> ViewState:
     """The first state of a view."""
     first = int(data.frames[0]) if len(data.frames) else 0
     long = len(data.times) > 1 and float(data.times[-1] - data.times[0]) > LONG_RUN_S
-    return ViewState(frame=first, mode=mode, stretch=30.0 if long or len(data.ids) > MANY_TRACKS else 0.0)
+    return ViewState(frame=first, stretch=30.0 if long or len(data.ids) > MANY_TRACKS else 0.0)
 
 
 def context_of(

@@ -16,8 +16,6 @@ from app.scene3d.view_state import ViewState
 from app.videos.frames import FrameService
 from tsr_engine.errors import InputError
 
-__all__ = ["make_scene"]
-
 
 def make_scene(task: TaskContext) -> None:
     """Draw the scene of the output's options, and complete the output.

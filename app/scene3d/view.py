@@ -23,8 +23,6 @@ from app.scene3d.viser_host import ViserHost
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["SCENES", "View", "configure_server"]
-
 SCENES: dict[Mode, Callable[[SceneContext], Scene]] = {"volume": VolumeScene, "prior": PriorScene, "drive": DriveScene}
 _STRETCHES = {"whole run": 0.0, "2 minutes": 120.0, "30 seconds": 30.0, "8 seconds": 8.0}
 LONG_RUN_S = 150.0
@@ -66,6 +64,7 @@ class View:
         self.clients = 0
         self.left_at = time.monotonic()
         self._drawn: ViewState | None = None
+        self._has_failed = False
         self.scene: Scene | None = None
         self._wakeup = threading.Condition()
         self._ended = False
@@ -132,19 +131,22 @@ class View:
                 if not self._ended:
                     _log.exception("A 3-D view of run %s could not be drawn.", self._data.run_id)
                 self._is_picture_pending = False
+                self._has_failed = True
             self._drawn = view_state
             time.sleep(_MIN_UPDATE_INTERVAL_S)
 
     def _draw(self, view_state: ViewState) -> None:
         # Get the picture first, so that the scene is sent together with its picture or without one.
         known, picture = self._pictures.get(view_state.frame, _PICTURE_TIMEOUT_S)
-        server, before = self.host.server, self._drawn
+        # A scene that could not be drawn is incomplete, so it is made anew.
+        server, before = self.host.server, None if self._has_failed else self._drawn
         with server.atomic():
             changed = self.scene is None or before is None or view_state.mode != before.mode
             if changed:
-                if self.scene is not None:
-                    self.scene.clear()
-                self.scene, before = SCENES[view_state.mode](self._context), None
+                former, self.scene, before = self.scene, None, None
+                if former is not None:
+                    former.clear()
+                self.scene = SCENES[view_state.mode](self._context)
             assert self.scene is not None
             look = self.scene.draw(view_state, before)
             self.scene.show(picture)
@@ -152,7 +154,7 @@ class View:
                 place_viewers(server, look)
             self.gui.show(view_state, look)
         server.flush()
-        self._is_picture_pending = not known
+        self._is_picture_pending, self._has_failed = not known, False
 
 
 def configure_server(server: viser.ViserServer) -> None:
@@ -191,12 +193,7 @@ class _Gui:
         stretch = next((text for text, s in _STRETCHES.items() if s == view_state.stretch), "whole run")
         self.stretch = gui.add_dropdown("Time shown", tuple(_STRETCHES), initial_value=stretch)
         self.angle = gui.add_slider(
-            "Camera sees",
-            min=25.0,
-            max=130.0,
-            step=1.0,
-            initial_value=view_state.view,
-            hint="Assumed: degrees across",
+            "Camera sees", min=25.0, max=130.0, step=1.0, initial_value=view_state.view, hint="Assumed: degrees across"
         )
         self.size = gui.add_slider(
             "Sign size", min=0.5, max=1.5, step=0.05, initial_value=view_state.size, hint="Assumed: times size class 2"

@@ -7,8 +7,6 @@ from typing import Final, Literal
 
 from app.scene3d.colours import Colouring
 
-__all__ = ["MODES", "Mode", "ViewState"]
-
 Mode = Literal["volume", "prior", "drive"]
 MODES: Final[dict[Mode, str]] = {"volume": "Space-time volume", "prior": "Spatial prior", "drive": "Metric drive"}
 

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
     _Check = Callable[[ServerConnection, Request], Awaitable[Response | None] | Response | None]
 
-__all__ = ["HEADER", "ViserHost", "refuses_strangers"]
-
 HEADER: Final = "X-Tsr-Space"
 """Header with the secret."""
 _STARTING = threading.Lock()

@@ -22,9 +22,7 @@ from tsr_engine.io.models import SHIPPED, Component, load_component, read_manife
 @pytest.fixture
 def toy_parts(drive: TrackedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
     """Toy parts in place of trained models."""
-    monkeypatch.setattr(
-        "tsr_engine.pipeline.load_components", lambda params, folder=None, network=None: toy_pipeline.components(params)
-    )
+    monkeypatch.setattr("tsr_engine.pipeline.load_components", toy_pipeline.load_components)
 
 
 @pytest.mark.usefixtures("toy_parts")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import random
 import stat
 import zipfile
 from collections.abc import Callable
@@ -17,8 +18,12 @@ from tests.bundle.tracked_drive import TrackedDrive
 from tsr_engine.bundle import BundleReplay, bundle_params, open_bundle, replay_bundle
 from tsr_engine.cli.main import run
 from tsr_engine.errors import ImportFormatError, TsrError
+from tsr_engine.evidence import ResultRow
 
 Content = dict[str, bytes]
+
+LONG_VALUE = random.Random(0).randbytes(100_000).hex().encode()
+"""A value that Python's reader of CSV refuses, and that an archive does not pack small."""
 
 
 def rewritten(plain: Path, out: Path, change: Callable[[Content], None], *, honest: bool = True) -> Path:
@@ -98,12 +103,18 @@ def error_message(path: Path) -> str:
         (manifest_with(clip__offset=1), "expected frame 3"),
         (manifest_with(run__interval=0), "run.interval"),
         (replace_file("output.csv", b"nothing\n"), "output.csv, line 1"),
+        (replace_file("output.csv", b""), "output.csv, line 1"),
+        (
+            replace_file("output.csv", b",".join(map(str.encode, ResultRow._fields)) + b"\n" + LONG_VALUE),
+            "output.csv, line 2",
+        ),
         (
             replace_file("expectation.json", b'{"format": 1, "signs": {"s": {"frames": [9], "boxes": [[0,0,1,1]]}}}'),
             "not in the",
         ),
         (cut_frames, "frames.csv lists 62 frames, expected 67"),
         (replace_file("frames.csv", b"frame\n3,x,0,\n"), "frames.csv, line 2"),
+        (replace_file("frames.csv", b"frame\n" + LONG_VALUE), "frames.csv, line 2"),
     ],
 )
 def test_the_content_must_be_a_bundle(plain: Path, tmp_path: Path, change: Any, words: str) -> None:

@@ -14,7 +14,7 @@ from tests import toy_pipeline
 from tests.bundle.tracked_drive import TrackedDrive, make_expectation
 from tsr_engine.bundle import BundleReplay, bundle_params, make_bundle, open_bundle, replay_bundle
 from tsr_engine.bundle.lead_in import find_lead_in
-from tsr_engine.bundle.make import BundleRequest
+from tsr_engine.bundle.request import BundleRequest
 from tsr_engine.errors import EvidenceError, InputError, StorageError, UsageError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.io.unfinished import create_locked_folder

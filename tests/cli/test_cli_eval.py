@@ -19,11 +19,7 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(autouse=True)
 def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        tsr_engine.pipeline,
-        "load_components",
-        lambda params, folder=None, network=None: toy_pipeline.components(params),
-    )
+    monkeypatch.setattr(tsr_engine.pipeline, "load_components", toy_pipeline.load_components)
     monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: toy_pipeline.HueClassifier())
     monkeypatch.setattr(tsr_engine.pipeline, "load_detector", lambda params, folder=None: toy_pipeline.RedDetector())
 

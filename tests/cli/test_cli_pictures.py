@@ -17,6 +17,7 @@ from tests import toy_pipeline
 from tsr_engine.cli import classify as classify_module
 from tsr_engine.cli import detect as detect_module
 from tsr_engine.cli.main import run
+from tsr_engine.errors import InputError
 from tsr_engine.io.models import Component, save_component
 from tsr_engine.records import Detections, Picture
 
@@ -25,11 +26,7 @@ Capture = pytest.CaptureFixture[str]
 
 @pytest.fixture(autouse=True)
 def toy_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        tsr_engine.pipeline,
-        "load_components",
-        lambda params, folder=None, network=None: toy_pipeline.components(params),
-    )
+    monkeypatch.setattr(tsr_engine.pipeline, "load_components", toy_pipeline.load_components)
     monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: toy_pipeline.HueClassifier())
 
 
@@ -130,6 +127,18 @@ def test_detect_keeps_the_lines_of_finished_pictures(
     assert "Traceback" not in captured.err
     if with_json:
         assert json.loads(captured.out)["interrupted"] is True
+
+
+def test_detect_stops_among_unreadable_pictures(
+    scenes: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(path: Path) -> Picture:
+        os.kill(os.getpid(), signal.SIGINT)
+        raise InputError(f"{path.name} is empty.")
+
+    monkeypatch.setattr("tsr_engine.io.pictures.read_picture", interrupted)
+    assert run(["detect", str(scenes), "--jsonl", str(tmp_path / "o.jsonl")]) == 130
+    assert "Interrupted. 1 of 5 pictures are done." in capsys.readouterr().err
 
 
 def test_classify_keeps_the_rows_of_finished_crops(

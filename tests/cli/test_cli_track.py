@@ -38,11 +38,7 @@ def tsr(*arguments: object) -> CommandResult:
     """Run the command line in this process with toy parts."""
     out, err = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
-        patch.setattr(
-            tsr_engine.pipeline,
-            "load_components",
-            lambda params, folder=None, network=None: toy_pipeline.components(params),
-        )
+        patch.setattr(tsr_engine.pipeline, "load_components", toy_pipeline.load_components)
         code = run([str(argument) for argument in arguments])
     return CommandResult(code, out.getvalue(), err.getvalue())
 

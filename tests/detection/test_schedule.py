@@ -103,10 +103,7 @@ def test_a_picture_of_few_scales_is_scanned_in_bands(shape: tuple[int, int, int]
 
 def test_the_first_frame_of_a_video_is_scanned_whole(detector: AcfDetector, picture: Picture) -> None:
     of_video = VideoDetector(detector)
-    for frame, wanted in (
-        (0, detector.detect(picture)),
-        *((n, detector.detect_part(picture, n)) for n in (1, 2, 3)),
-    ):
+    for frame, wanted in ((0, detector.detect(picture)), *((n, detector.detect_part(picture, n)) for n in (1, 2, 3))):
         assert np.array_equal(of_video.detect(frame, picture).boxes, wanted.boxes)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +13,7 @@ import pytest
 from tests.evidence.complete_run import write_complete_run
 from tests.evidence.synthetic_evidence import make_frame, make_header
 from tsr_engine.errors import EvidenceError, StorageError
-from tsr_engine.evidence import (
-    EvidenceReader,
-    EvidenceWriter,
-    RunHeader,
-    TableEntry,
-    differences,
-)
+from tsr_engine.evidence import EvidenceReader, EvidenceWriter, RunHeader, TableEntry, differences
 from tsr_engine.evidence import writer as writer_module
 from tsr_engine.evidence.encode import add_rows
 from tsr_engine.records import FrameEvidence
@@ -90,7 +85,15 @@ def test_damage_is_named(folder: Path, header: RunHeader) -> None:
     run_file.write_text(text.replace('"schema_version": 1', '"schema_version": 7'))
     with pytest.raises(EvidenceError, match=r"evidence schema 7, this version reads schema 1\. Update"):
         EvidenceReader(folder)
-    for broken in ("", "[]", "{", json.dumps({"schema_version": 1}), text.replace("15.0", "16.0"), "\0\xff"):
+    for broken in (
+        "",
+        "[]",
+        "{",
+        json.dumps({"schema_version": 1}),
+        text.replace("15.0", "16.0"),
+        "\0\xff",
+        "[" * 100_000,
+    ):
         run_file.write_text(broken)
         with pytest.raises(EvidenceError, match="is damaged"):
             EvidenceReader(folder)
@@ -110,6 +113,14 @@ def test_damage_is_named(folder: Path, header: RunHeader) -> None:
     sqlite3.connect(database).close()
     with pytest.raises(EvidenceError, match="is damaged"):
         EvidenceReader(folder)
+
+
+def test_facts_that_are_nested_too_deeply_are_damage(folder: Path, header: RunHeader) -> None:
+    write_complete_run(folder, header, [make_frame(k) for k in range(4)])
+    with closing(sqlite3.connect(folder / "evidence.sqlite")) as store, store:
+        store.execute("UPDATE events SET facts = ?", ("[" * 100_000,))
+    with EvidenceReader(folder) as run, pytest.raises(EvidenceError, match="is damaged"):
+        list(run.frames())
 
 
 def test_a_database_of_another_run_is_refused(folder: Path) -> None:

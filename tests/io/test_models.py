@@ -80,6 +80,12 @@ def test_an_unreadable_manifest_is_kept(tmp_path: Path) -> None:
     assert files(tmp_path) == [MANIFEST]
 
 
+def test_a_manifest_that_is_nested_too_deeply(tmp_path: Path) -> None:
+    (tmp_path / MANIFEST).write_text("[" * 100_000)
+    with pytest.raises(ModelError, match="Cannot read"):
+        read_manifest(tmp_path)
+
+
 def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(StorageError, match="a file stands where a folder is needed"):

@@ -6,7 +6,8 @@ import numpy as np
 
 from tsr_engine.params.tracking import TrackingParams
 from tsr_engine.records import Detections
-from tsr_engine.tracking.tracker import TrackedFrame, Tracker
+from tsr_engine.tracking.track_status import TrackedFrame
+from tsr_engine.tracking.tracker import Tracker
 
 __all__ = ["HEIGHT", "PARAMS", "WIDTH", "approach", "detections", "event_kinds", "run_tracker"]
 

@@ -13,7 +13,11 @@ from collections.abc import Mapping
 from tsr_engine.errors import ModelError
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["exit_with_parent", "limit_memory", "require_models", "send_message", "send_note"]
+
+def child_environment() -> dict[str, str]:
+    """The environment of a process of the engine: the paths of this one, and one thread for each library."""
+    threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    return {**os.environ, **threads, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
 
 
 def require_models(wanted: Mapping[str, str], found: Mapping[str, str]) -> None:

@@ -10,8 +10,6 @@ from typing import Any, Final
 from tsr_engine.errors import UsageError
 from tsr_engine.extras import explained
 
-__all__ = ["CONNECT_TIMEOUT_S", "ClusterUnreachable", "connect"]
-
 CONNECT_TIMEOUT_S: Final = 5.0
 """Seconds that the port of a cluster may take to answer."""
 _GREETING: Final = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + b"\0\0\0\4\0\0\0\0\0"

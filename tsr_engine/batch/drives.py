@@ -12,8 +12,6 @@ from pathlib import Path
 from tsr_engine.errors import InputError
 from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 
-__all__ = ["find_drives", "folder_names"]
-
 _UNSAFE = re.compile(r"[^\w.-]+")
 
 
@@ -39,9 +37,7 @@ def find_drives(inputs: Sequence[str]) -> list[Path]:
 def folder_names(drives: Iterable[Path], known: dict[Path, str]) -> dict[Path, str]:
     """A folder name for each drive: the video's name without suffix; for equal names with digits of the path's hash.
 
-    Args:
-        drives: absolute paths.
-        known: names from an earlier call, which stay.
+    Names of ``known``, which come from an earlier call, stay.
     """
     names = dict(known)
     new_drives = [path for path in drives if path not in names]

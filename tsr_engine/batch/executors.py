@@ -8,6 +8,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from functools import partial
 from typing import Any, Final
 
@@ -15,8 +16,6 @@ from tsr_engine.batch.cluster import connect
 from tsr_engine.batch.process import MAX_ATTEMPTS, run_task
 from tsr_engine.batch.task import DriveTask, Outcome
 from tsr_engine.json_shapes import JsonObject
-
-__all__ = ["TaskProgress", "run_locally", "run_on_ray"]
 
 _NOTE_WAIT_S: Final = 5.0
 """Seconds to wait for the notes."""
@@ -155,9 +154,7 @@ def run_on_ray(
         return {"result": outcome.result, "error": outcome.error, "died": outcome.died}
 
     notes = ray.remote(num_cpus=0)(_Notes).remote()
-    running = {
-        run_remotely.options(num_cpus=task.cores).remote(task.as_json(), notes): k for k, task in enumerate(tasks)
-    }
+    running = {run_remotely.options(num_cpus=task.cores).remote(asdict(task), notes): k for k, task in enumerate(tasks)}
     try:
         while running and not stop():
             done, _ = ray.wait(list(running), num_returns=1, timeout=0.5)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import html
 from typing import Final
 
-__all__ = ["html_page"]
-
 _STYLE: Final = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 70rem; padding: 0 1rem }
 :root { color-scheme: light dark }
@@ -17,14 +15,7 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums }
 
 
 def html_page(name: str, heading: str, body: str, style: str = "") -> str:
-    """The HTML of a page.
-
-    Args:
-        name: the command, for the title.
-        heading: the page's heading.
-        body: HTML; the caller escapes text from outside.
-        style: further CSS.
-    """
+    """The HTML of a page for the command ``name``; ``body`` is HTML: the caller escapes text from outside."""
     return (
         f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{html.escape(name)}</title>'
         f"<style>{_STYLE}{style}</style><h1>{html.escape(heading)}</h1>{body}</html>\n"

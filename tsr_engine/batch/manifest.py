@@ -14,8 +14,6 @@ from tsr_engine.errors import StorageError, UsageError
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["MANIFEST", "DriveState", "Identity", "Manifest", "State", "load_manifest", "save_manifest"]
-
 MANIFEST: Final = "batch.json"
 _VERSION: Final = 1
 State = Literal["waiting", "done", "failed"]

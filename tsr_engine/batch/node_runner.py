@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 import pickle
 import subprocess
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import ModuleType
 from typing import Any, Final
 
 from tsr_engine import errors
+from tsr_engine.batch.child_process import child_environment
 from tsr_engine.batch.cluster import ClusterUnreachable, connect
 from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.errors import TsrError, UsageError
 from tsr_engine.runs.report import Progress, RunReport
-
-__all__ = ["NOTE_AFTER_S", "WAITING_FOR_NODE", "NodeLost", "run_on_node"]
 
 _POLL_INTERVAL_S: Final = 0.25
 """Seconds between two polls of a run."""
@@ -47,23 +46,21 @@ class NodeLost(Exception):
         self.code = code
 
 
-class _ProcessActor:
-    """An actor that runs the process on its node."""
+class ProcessActor:
+    """An actor that runs the process on its node; ``lines`` are the messages since the last poll."""
 
     def __init__(self) -> None:
-        self._lines: list[str] = []
+        self.lines: deque[str] = deque()
         self._process: subprocess.Popen[bytes] | None = None
         self._reader: threading.Thread | None = None
 
     def start(self, task: bytes) -> None:
         """Start the process."""
-        threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-        path = os.pathsep.join(filter(None, sys.path))
         self._process = subprocess.Popen(
             [sys.executable, "-m", "tsr_engine.batch.node_worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, **threads, "PYTHONPATH": path},
+            env=child_environment(),
         )
         assert self._process.stdin is not None
         with suppress(BrokenPipeError):  # the process has died; its exit code says so
@@ -76,7 +73,7 @@ class _ProcessActor:
         assert self._process is not None
         assert self._process.stdout is not None
         for line in self._process.stdout:
-            self._lines.append(line.decode())
+            self.lines.append(line.decode())
 
     def poll(self) -> tuple[list[str], int | None]:
         """Messages since the last call, and the exit code after the last message."""
@@ -85,8 +82,7 @@ class _ProcessActor:
         code = self._process.poll()
         if code is not None:
             self._reader.join()
-        lines, self._lines = self._lines, []
-        return lines, code
+        return [self.lines.popleft() for _ in range(len(self.lines))], code
 
     def stop(self) -> None:
         """Ask the process to end."""
@@ -125,7 +121,7 @@ def run_on_node(
     try:
         _require_cpus(ray, task.request.cores)
         with _node_errors(ray):
-            runner = ray.remote(_ProcessActor).options(num_cpus=task.request.cores).remote()
+            runner = ray.remote(ProcessActor).options(num_cpus=task.request.cores).remote()
             started = runner.start.remote(pickle.dumps(task))
             noted, late = False, time.monotonic() + NOTE_AFTER_S
             while not ray.wait([started], timeout=_POLL_INTERVAL_S)[0]:  # no node has a free CPU

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from tsr_engine.runs.report import RunRequest
 from tsr_engine.version import __version__
-
-__all__ = ["NodeTask"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,4 +25,4 @@ class NodeTask:
     models: Path | None
     digests: dict[str, str]
     memory_mb: int = 0
-    version: str = field(default=__version__)
+    version: str = __version__

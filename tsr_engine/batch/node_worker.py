@@ -25,8 +25,6 @@ from tsr_engine.io.locks import is_locked
 from tsr_engine.runs.report import Progress, RunReport
 from tsr_engine.version import __version__
 
-__all__ = ["PROGRESS_INTERVAL_S", "main", "run_task"]
-
 _LOCK_TIMEOUT_S: Final = 60.0
 """Seconds to wait for another process that writes the same evidence, because its machine may just have been lost."""
 PROGRESS_INTERVAL_S: Final = 0.3

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Final
 
+from tsr_engine.batch.child_process import child_environment
 from tsr_engine.batch.task import DriveTask, Outcome
-
-__all__ = ["MAX_ATTEMPTS", "run_task"]
 
 MAX_ATTEMPTS: Final = 3
 """Number of tries for a drive whose process dies without a message."""
@@ -33,18 +32,16 @@ def run_task(
         on_start: called with the process, which the caller may kill.
         note: called with what the process does before it tracks; empty: that is over.
     """
-    environment = {**os.environ, **dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")}
-    environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
     process = subprocess.Popen(
         [sys.executable, "-m", "tsr_engine.batch.worker"],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8", env=environment,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8", env=child_environment(),
     )  # fmt: skip
     with process:
         on_start(process)
         assert process.stdin is not None
         assert process.stdout is not None
         try:
-            json.dump(task.as_json(), process.stdin)
+            json.dump(asdict(task), process.stdin)
             process.stdin.close()
         except BrokenPipeError:
             pass  # the process has died; its exit code says so below

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
 
 from tsr_engine.batch.drives import folder_names
 from tsr_engine.batch.executors import Outcomes, run_locally, run_on_ray
@@ -22,8 +21,6 @@ from tsr_engine.batch.summary import write_summary
 from tsr_engine.batch.task import DriveTask
 from tsr_engine.batch.worker import REPORT_FILE, unfinished_folder
 from tsr_engine.errors import StorageError, UsageError
-
-__all__ = ["BatchProgress", "BatchRequest", "run_batch"]
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,7 @@ class BatchRequest:
     out: Path
     identity: Identity
     task: DriveTask
-    target: Literal["local", "ray"] | str = "local"
+    target: str = "local"
     jobs: int = 1
     restart: bool = False
     ranges: Mapping[Path, tuple[int, int | None]] = field(default_factory=dict)
@@ -168,17 +165,8 @@ def _reset_changed(manifest: Manifest, out: Path) -> None:
 def _make_task(request: BatchRequest, drive: DriveState) -> DriveTask:
     """The task for a drive; its stamp identifies the file and the inputs of its results."""
     start, stop = request.ranges.get(Path(drive.video), (0, None))
-    identity = request.identity
-    inputs = [
-        identity.version,
-        identity.parameters,
-        identity.models,
-        drive.video,
-        drive.size,
-        drive.changed,
-        start,
-        stop,
-    ]
+    identity, file = request.identity, (drive.video, drive.size, drive.changed)
+    inputs = [identity.version, identity.parameters, identity.models, *file, start, stop]
     return replace(
         request.task,
         video=drive.video,

@@ -13,13 +13,12 @@ from tsr_engine.batch.manifest import Manifest
 from tsr_engine.io.atomic import atomic_text
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["SUMMARY_HTML", "SUMMARY_JSON", "summary_of", "write_summary"]
-
 SUMMARY_JSON: Final = "summary.json"
 SUMMARY_HTML: Final = "summary.html"
 _MAX_UNSURE_SHARE: Final = 0.6
 """Signs whose class has a lower share of the votes are listed as unsure."""
 _MAX_LISTED: Final = 500
+_TRACK_FIGURES: Final = ("class_name", "share", "first_frame", "last_frame")
 
 
 def summary_of(manifest: Manifest) -> JsonObject:
@@ -45,14 +44,7 @@ def summary_of(manifest: Manifest) -> JsonObject:
         "seconds": round(sum(drive.result["seconds"] for drive in done), 1),
         "signs": dict(Counter(track["class_name"] for _, track in tracks).most_common()),
         "unsure": [
-            {
-                "drive": drive.folder,
-                "track": track["track_id"],
-                "class_name": track["class_name"],
-                "share": track["share"],
-                "first_frame": track["first_frame"],
-                "last_frame": track["last_frame"],
-            }
+            {"drive": drive.folder, "track": track["track_id"], **{name: track[name] for name in _TRACK_FIGURES}}
             for drive, track in unsure
         ],
         "failures": [

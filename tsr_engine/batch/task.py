@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 from tsr_engine.json_shapes import JsonObject
-
-__all__ = ["DriveTask", "Outcome"]
 
 
 @dataclass(frozen=True)
@@ -42,10 +40,6 @@ class DriveTask:
     cores: int = 1
     memory_mb: int = 0
     stamp: str = ""
-
-    def as_json(self) -> JsonObject:
-        """The task for another process."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)

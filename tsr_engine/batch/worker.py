@@ -25,8 +25,6 @@ from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["REPORT_FILE", "main", "unfinished_folder"]
-
 REPORT_FILE: Final = "report.json"
 """File of a drive's figures in its folder."""
 _LOCK_TIMEOUT_S: Final = 60.0

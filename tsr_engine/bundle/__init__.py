@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from tsr_engine.bundle.expectation import Bounds, Expectation, Expected, ExpectedSign, read_expectation
     from tsr_engine.bundle.layout import EXIT_CODES, MAX_FRAMES, Verdict
     from tsr_engine.bundle.load import Bundle, is_bundle, open_bundle
-    from tsr_engine.bundle.make import BundleReport, BundleRequest, make_bundle
+    from tsr_engine.bundle.make import make_bundle
     from tsr_engine.bundle.network import replay_network
     from tsr_engine.bundle.replay import BundleReplay, bundle_params, bundled_models, replay_bundle
+    from tsr_engine.bundle.request import BundleReport, BundleRequest
 
 __all__ = [
     "EXIT_CODES",
@@ -47,9 +48,10 @@ _EXPORTS_BY_MODULE = {
     "expectation": ("Bounds", "Expectation", "Expected", "ExpectedSign", "read_expectation"),
     "layout": ("EXIT_CODES", "MAX_FRAMES", "Verdict"),
     "load": ("Bundle", "is_bundle", "open_bundle"),
-    "make": ("BundleReport", "BundleRequest", "make_bundle"),
+    "make": ("make_bundle",),
     "network": ("replay_network",),
     "replay": ("BundleReplay", "bundle_params", "bundled_models", "replay_bundle"),
+    "request": ("BundleReport", "BundleRequest"),
 }
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
@@ -24,13 +25,10 @@ from tsr_engine.evidence import EvidenceReader, VideoIdentity
 from tsr_engine.io.video import VideoLimits, open_video
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.model import MAX_LABELS
-from tsr_engine.records import FrameEvidence
+from tsr_engine.records import EventKind, FrameEvidence, TrackState
 from tsr_engine.track_table import SOURCES
 
-__all__ = ["check_and_unpack"]
-
-_STATES = {"tentative", "confirmed", "dead"}
-_EVENT_KINDS = {"born", "confirmed", "rejected", "relocalised", "missed", "died", "relabelled"}
+_STATES, _EVENT_KINDS = get_args(TrackState), get_args(EventKind)
 
 
 def check_and_unpack(

@@ -33,8 +33,6 @@ from tsr_engine.io.video_packets import (
 from tsr_engine.io.video_probe import error_reason, open_container
 from tsr_engine.records import Picture
 
-__all__ = ["Clip", "ClipFrame", "cut_clip", "picture_digest"]
-
 MAX_BYTES = 4 << 30
 """Largest clip, bytes."""
 _TICKS_PER_SECOND = 1000
@@ -186,13 +184,9 @@ def _copy(video: Video, start: int, stop: int, folder: Path, limits: VideoLimits
 
 def _packets(container: InputContainer, stream: av.VideoStream, wanted: list[int]) -> list[av.Packet]:
     """Packets in decoding order, from the one that shows the first wanted picture until all are found."""
-    for seek_time in (wanted[0], None):
-        if seek_time is None:
-            container.seek(-(2**40), stream=stream, backward=True)
-        else:
-            container.seek(seek_time, stream=stream, backward=True)
-        found = _collect_packets(container, stream, wanted)
-        if found:
+    for seek_time in (wanted[0], -(2**40)):
+        container.seek(seek_time, stream=stream, backward=True)
+        if found := _collect_packets(container, stream, wanted):
             return found
     raise UnfitPackets("its key frame has no packet of its own")
 

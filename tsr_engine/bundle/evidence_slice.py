@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from tsr_engine.evidence import EvidenceReader, EvidenceWriter, RunHeader
 from tsr_engine.evidence.schema import LOCK_FILE
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.records import Event, FrameEvidence, Sample, TrackFrame
-
-__all__ = ["shift_frame", "write_slice"]
+from tsr_engine.records import Event, FrameEvidence, TrackFrame
 
 
 def write_slice(
@@ -23,8 +21,8 @@ def write_slice(
     *,
     offset: int = 0,
     on_frame: Callable[[FrameEvidence], object] = lambda _frame: None,
-) -> int:
-    """Write the frames ``start <= k < stop``; return their number.
+) -> None:
+    """Write the frames ``start <= k < stop``.
 
     Args:
         reader: the store.
@@ -35,16 +33,13 @@ def write_slice(
         offset: subtracted from every frame number.
         on_frame: called with each frame when it is written.
     """
-    count = 0
     with EvidenceWriter.create(folder, header, chunk=64, overwrite=True) as writer:
         for frame, (_, entry) in zip(reader.frames(start, stop), reader.frame_table(start, stop), strict=True):
             shifted = shift_frame(frame, offset) if offset else frame
             # Pictures of a clip have other times; the times that the engine got stay in ``seconds``.
             writer.append(shifted, replace(entry, pts=None) if offset else entry)
             on_frame(shifted)
-            count += 1
     (folder / LOCK_FILE).unlink(missing_ok=True)
-    return count
 
 
 def shift_frame(frame: FrameEvidence, offset: int) -> FrameEvidence:
@@ -58,13 +53,9 @@ def shift_frame(frame: FrameEvidence, offset: int) -> FrameEvidence:
 
 
 def _shift_track(track: TrackFrame, offset: int) -> TrackFrame:
-    return replace(track, samples=tuple(_shift_samples(track.samples, offset)))
-
-
-def _shift_samples(samples: Iterable[Sample], offset: int) -> Iterator[Sample]:
-    for sample in samples:
-        # Offline samples come from no frame.
-        yield sample if sample.frame < 0 else replace(sample, frame=max(0, sample.frame - offset))
+    # Offline samples come from no frame.
+    samples = (s if s.frame < 0 else replace(s, frame=max(0, s.frame - offset)) for s in track.samples)
+    return replace(track, samples=tuple(samples))
 
 
 def _shift_event(event: Event, offset: int) -> Event:

@@ -13,8 +13,6 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.labels.classes import class_names_of, default_keys
 from tsr_engine.labels.model import MAX_LABELS, Key
 
-__all__ = ["Bounds", "Expectation", "Expected", "ExpectedSign", "read_expectation"]
-
 _MAX_COORDINATE = 1e5
 _Edge = Annotated[float, Field(ge=-_MAX_COORDINATE, le=_MAX_COORDINATE)]
 _Frame = Annotated[int, Field(ge=0, le=2**31 - 1)]
@@ -23,10 +21,6 @@ _Name = Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[^\x00-\x1f
 
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-def _is_empty(value: object) -> bool:
-    return not value
 
 
 class Bounds(_Part):
@@ -106,7 +100,7 @@ class Expectation(_Part):
     bounds: Bounds = Bounds()
     signs: dict[_Name, ExpectedSign] = {}
     expected: list[Expected] = []
-    labels: Annotated[list[Key], Field(max_length=MAX_LABELS, exclude_if=_is_empty)] = []
+    labels: Annotated[list[Key], Field(max_length=MAX_LABELS, exclude_if=lambda labels: not labels)] = []
     """Keys of the model's classes by number; empty: those of ``gtsrb-43``."""
 
     def class_name(self, class_id: int | None) -> str:

@@ -10,20 +10,10 @@ from tsr_engine.bundle.expectation import Bounds, Expectation, Expected, Expecte
 from tsr_engine.bundle.layout import Verdict
 from tsr_engine.bundle.output import Output
 
-__all__ = ["Finding", "describe_expectation", "judge", "overall_verdict"]
-
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """The verdict on one expectation.
-
-    Attributes:
-        id: id of the expectation.
-        met: whether the output meets it.
-        expected: one sentence on the expectation.
-        got: one sentence on the output.
-        frame: frame to look at.
-    """
+    """The verdict on one expectation, with a sentence on both sides and the frame to look at."""
 
     id: str
     met: bool
@@ -107,7 +97,7 @@ def _found(expected: Expected, sign: ExpectedSign, expectation: Expectation, out
     return (
         met,
         f"A track lies on it in {len(visible) - len(missed)} of {len(visible)} frames.",
-        _first_failed_frame(missed, sign, met),
+        sign.frames[0] if met or not missed else missed[0],
     )
 
 
@@ -184,10 +174,6 @@ def _first_second_track(sign: ExpectedSign, bounds: Bounds, output: Output) -> i
         if len(known) > 1:
             return frame
     return sign.frames[0]
-
-
-def _first_failed_frame(frames: list[int], sign: ExpectedSign, met: bool) -> int:
-    return sign.frames[0] if met or not frames else frames[0]
 
 
 def _frames(frames: Sequence[int]) -> str:

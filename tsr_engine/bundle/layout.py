@@ -4,24 +4,6 @@ from __future__ import annotations
 
 from typing import Final, Literal
 
-__all__ = [
-    "CLIP_STEM",
-    "CORRECTIONS",
-    "EVIDENCE",
-    "EXIT_CODES",
-    "EXPECTATION",
-    "FORMAT",
-    "FRAMES",
-    "MANIFEST",
-    "MAX_FRAMES",
-    "MODELS",
-    "NETWORK",
-    "OUTPUT",
-    "README",
-    "RECORDING",
-    "Verdict",
-]
-
 FORMAT: Final = 1
 """Version of the layout; increased when older readers would misunderstand a newer bundle."""
 

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from tsr_engine.errors import EvidenceError, UsageError
 from tsr_engine.evidence import EvidenceReader
 
-__all__ = ["MAX_LEAD_FRAMES", "LeadIn", "find_lead_in"]
-
 MAX_LEAD_FRAMES = 900
 """Largest number of lead-in frames."""
 
@@ -35,12 +33,7 @@ class LeadIn:
 
 
 def find_lead_in(reader: EvidenceReader, first: int, *, max_frames: int = MAX_LEAD_FRAMES) -> LeadIn:
-    """Find the lead-in to the frames from ``first`` on.
-
-    Args:
-        reader: the run.
-        first: first frame of the range.
-        max_frames: largest number of frames before it.
+    """Find the lead-in to the frames from ``first`` on, of at most ``max_frames``.
 
     Raises:
         EvidenceError: the run has stored no frame.

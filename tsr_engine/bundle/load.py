@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tsr_engine.bundle.clip import ClipFrame
 from tsr_engine.bundle.expectation import Expectation, read_expectation
 from tsr_engine.bundle.layout import CORRECTIONS, EVIDENCE, EXPECTATION, FRAMES, MANIFEST, NETWORK, OUTPUT, README
 from tsr_engine.bundle.manifest import Manifest
-from tsr_engine.bundle.output import Output, read_rows
+from tsr_engine.bundle.output import Output, numbered_lines, read_rows
 from tsr_engine.errors import ImportFormatError, TsrError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.evidence.schema import DATABASE
@@ -22,8 +23,6 @@ from tsr_engine.evidence.untrusted import check_untrusted
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video_probe import check_file
-
-__all__ = ["LIMITS", "Bundle", "BundleFrame", "is_bundle", "open_bundle", "open_evidence"]
 
 LIMITS = ArchiveLimits(
     entries=200,
@@ -47,39 +46,13 @@ _MAX_TEXT_BYTES = 64 << 20
 
 
 @dataclass(frozen=True, slots=True)
-class BundleFrame:
-    """One frame that the engine processes.
-
-    Attributes:
-        ordinal: ordinal in the original video.
-        clip: ordinal in the clip.
-        seconds: presentation time in the original video.
-        digest: hash of the decoded picture.
-    """
-
-    ordinal: int
-    clip: int
-    seconds: float
-    digest: str
-
-
-@dataclass(frozen=True, slots=True)
 class Bundle:
-    """An unpacked bundle whose files match its manifest.
-
-    Attributes:
-        name: the file's name.
-        folder: folder of the unpacked files.
-        manifest: its manifest.
-        frames: all frames that the engine processes.
-        expectation: the expected results.
-        output: the output of the run.
-    """
+    """An unpacked bundle whose files match its manifest; ``output`` is that of the run."""
 
     name: str
     folder: Path
     manifest: Manifest
-    frames: tuple[BundleFrame, ...]
+    frames: tuple[ClipFrame, ...]
     expectation: Expectation
     output: Output
 
@@ -95,19 +68,15 @@ def is_bundle(path: Path) -> bool:
 
 
 @contextmanager
-def open_bundle(path: Path, scratch: Path | None = None) -> Iterator[Bundle]:
+def open_bundle(path: Path) -> Iterator[Bundle]:
     """Unpack and check a bundle; it is removed when the block ends.
-
-    Args:
-        path: the zip file.
-        scratch: folder for unpacking; unset: the system's temporary folder.
 
     Raises:
         ImportFormatError: not a bundle, hostile, damaged, or of another format; names the file and the reason.
     """
     if not path.is_file():
         raise ImportFormatError(f"There is no bundle at {path}. Check the path.")
-    with TemporaryDirectory(prefix="tsr-bundle-", dir=scratch) as name:
+    with TemporaryDirectory(prefix="tsr-bundle-") as name:
         try:
             yield read_bundle(path, Path(name))
         except TsrError as error:
@@ -171,28 +140,21 @@ def _check_files(bundle: str, folder: Path, manifest: Manifest, names: list[str]
         raise ImportFormatError(f"{bundle}: {MANIFEST} names two hashes of the clip. Create the bundle again.")
 
 
-def _read_frames(path: Path, manifest: Manifest) -> tuple[BundleFrame, ...]:
-    frames: list[BundleFrame] = []
+def _read_frames(path: Path, manifest: Manifest) -> tuple[ClipFrame, ...]:
+    frames: list[ClipFrame] = []
     wanted, offset = manifest.frames, manifest.clip.offset
-    with path.open(encoding="utf-8", errors="replace", newline="") as stream:
-        for number, row in enumerate(csv.reader(stream), 1):
-            if number == 1:
-                continue
-            try:
-                ordinal, clip, seconds, digest = int(row[0]), int(row[1]), float(row[2]), row[3]
-            except (ValueError, IndexError):
-                raise ImportFormatError(
-                    f"{path.name}, line {number}: is not a frame. Create the bundle again."
-                ) from None
-            expected = wanted.start + len(frames)
-            if ordinal != expected or clip != ordinal - offset or clip < 0 or not math.isfinite(seconds):
-                raise ImportFormatError(
-                    f"{path.name}, line {number}: expected frame {expected}, number {expected - offset} of the clip. "
-                    "Create the bundle again."
-                )
-            frames.append(BundleFrame(ordinal, clip, seconds, digest))
-            if len(frames) > wanted.stop - wanted.start:
-                break
+    for number, row in islice(numbered_lines(path), 1, wanted.stop - wanted.start + 2):
+        try:
+            ordinal, clip, seconds, digest = int(row[0]), int(row[1]), float(row[2]), row[3]
+        except (ValueError, IndexError):
+            raise ImportFormatError(f"{path.name}, line {number}: is not a frame. Create the bundle again.") from None
+        expected = wanted.start + len(frames)
+        if ordinal != expected or clip != ordinal - offset or clip < 0 or not math.isfinite(seconds):
+            raise ImportFormatError(
+                f"{path.name}, line {number}: expected frame {expected}, number {expected - offset} of the clip. "
+                "Create the bundle again."
+            )
+        frames.append(ClipFrame(ordinal, clip, seconds, digest))
     if len(frames) != wanted.stop - wanted.start:
         raise ImportFormatError(
             f"{path.name} lists {len(frames)} frames, expected {wanted.stop - wanted.start}. Create the bundle again."

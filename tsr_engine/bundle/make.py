@@ -33,7 +33,7 @@ from tsr_engine.bundle.manifest import (
     NetworkFacts,
     SourceVideo,
 )
-from tsr_engine.bundle.models import add_models, choose_models
+from tsr_engine.bundle.models import ModelChoice, add_models, choose_models
 from tsr_engine.bundle.network import add_network, network_text
 from tsr_engine.bundle.output import Output, write_rows
 from tsr_engine.bundle.readme import readme_text
@@ -46,13 +46,10 @@ from tsr_engine.io.atomic import atomic_bytes, refuse_inputs, storage_error
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.opened_file import display_path
 from tsr_engine.io.video_probe import video_sha256
-from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.pipeline import ResultStream
 from tsr_engine.recording import RecordingRequest, write_recording
 from tsr_engine.records import FrameEvidence
 from tsr_engine.version import __version__
-
-__all__ = ["BundleReport", "BundleRequest", "make_bundle"]
 
 
 def make_bundle(request: BundleRequest, progress: Callable[[int, int], None] = lambda _done, _of: None) -> BundleReport:
@@ -114,8 +111,8 @@ class _BundleBuilder:
         with (folder / OUTPUT).open("w", encoding="utf-8", newline="") as out:
             write_rows(out, output.rows)
         (folder / EXPECTATION).write_text(request.expectation.text(), encoding="utf-8", newline="")
-        corrections = {"format": 1, **request.corrections}
-        (folder / CORRECTIONS).write_text(_json(corrections), encoding="utf-8", newline="")
+        corrections = json.dumps({"format": 1, **request.corrections}, indent=1, sort_keys=True, ensure_ascii=False)
+        (folder / CORRECTIONS).write_text(corrections + "\n", encoding="utf-8", newline="")
         models = choose_models(self.reader.header.models, request.models)
         if models.folder is not None:
             add_models(models.folder, folder / MODELS)
@@ -124,8 +121,7 @@ class _BundleBuilder:
         self.progress(4 * self.count, self.steps)
         findings = judge(request.expectation, output)
         self._warn(findings, output, models.folder is None and "not inside" in models.text, network)
-        manifest = self._manifest(clip, models.text, models.folder is not None, recording, findings)
-        manifest = manifest.model_copy(update={"network": network})
+        manifest = self._manifest(clip, models, network, recording, findings)
         (folder / README).write_text(readme_text(manifest, findings, self.warnings), encoding="utf-8", newline="")
         manifest = manifest.model_copy(update={"files": _files(folder)})
         (folder / MANIFEST).write_text(manifest.text(), encoding="utf-8", newline="")
@@ -170,14 +166,11 @@ class _BundleBuilder:
         """Store the evidence of the range; return its result rows."""
         stream = ResultStream()
         rows: list[ResultRow] = []
-        done = 0
 
         def on_frame(frame: FrameEvidence) -> None:
-            nonlocal done
             rows.extend(stream.add(frame))
             self.seconds[frame.ordinal] = frame.seconds
-            done += 1
-            self.progress(done, self.steps)
+            self.progress(len(self.seconds), self.steps)
 
         write_slice(
             self.reader,
@@ -241,7 +234,12 @@ class _BundleBuilder:
             self.warnings.append(network_text(network))
 
     def _manifest(
-        self, clip: Clip, models: str, models_inside: bool, recording: str, findings: Sequence[Finding]
+        self,
+        clip: Clip,
+        models: ModelChoice,
+        network: NetworkFacts | None,
+        recording: str,
+        findings: Sequence[Finding],
     ) -> Manifest:
         request, header = self.request, self.reader.header
         table = header.frame_table
@@ -283,8 +281,9 @@ class _BundleBuilder:
                 models=dict(header.models),
                 interval=interval,
             ),
-            models=models,
-            models_inside=models_inside,
+            models=models.text,
+            models_inside=models.folder is not None,
+            network=network,
             recording=recording,
             got=[Got(id=finding.id, met=finding.met, text=finding.got) for finding in findings],
             files=[],
@@ -301,12 +300,8 @@ def _write_frames(path: Path, clip: Clip, seconds: Mapping[int, float]) -> None:
 
 def _files(folder: Path) -> list[BundleFile]:
     """Every file but the manifest, sorted by name."""
-    paths = sorted(path for path in folder.rglob("*") if path.is_file())
     return [
         BundleFile(name=path.relative_to(folder).as_posix(), size=path.stat().st_size, sha256=file_sha256(path))
-        for path in paths
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
     ]
-
-
-def _json(content: JsonMapping) -> str:
-    return json.dumps(content, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

@@ -12,17 +12,6 @@ from tsr_engine.bundle.layout import FORMAT, MANIFEST, MAX_FRAMES
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = [
-    "BundleFile",
-    "BundleFrames",
-    "BundleRun",
-    "ClipFacts",
-    "Got",
-    "Manifest",
-    "NetworkFacts",
-    "SourceVideo",
-]
-
 _Text = Annotated[str, Field(max_length=20_000, pattern=r"^[^\x00]*$")]
 _Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 _Frame = Annotated[int, Field(ge=0, le=2**31 - 1)]
@@ -153,11 +142,7 @@ class Manifest(_Part):
 
     @classmethod
     def read(cls, folder: Path, name: str) -> Manifest:
-        """Read and check the manifest of an unpacked bundle.
-
-        Args:
-            folder: folder of the unpacked bundle.
-            name: the bundle's name for messages.
+        """Read and check the manifest of an unpacked bundle; ``name`` is the bundle's in messages.
 
         Raises:
             ImportFormatError: missing, of another format version, or invalid; names the place.

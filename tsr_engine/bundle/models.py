@@ -15,8 +15,6 @@ from pathlib import Path
 from tsr_engine.errors import ImportFormatError, ModelError
 from tsr_engine.io.models import MANIFEST, SHIPPED, read_manifest
 
-__all__ = ["ModelChoice", "add_models", "choose_models", "extract_models"]
-
 _HEADER_LINE = b"A model of tsr: a NumPy archive (.npz) follows this line.\n"
 _SUFFIX = ".model"
 _MAX_BYTES = 1 << 30
@@ -69,11 +67,7 @@ def _hashes(folder: Path) -> dict[str, str]:
 
 
 def add_models(source: Path, target: Path) -> None:
-    """Copy a model folder into a bundle.
-
-    Args:
-        source: a model folder.
-        target: the new folder.
+    """Copy a model folder into a bundle, as a new folder.
 
     Raises:
         ModelError: the manifest of the models is damaged.

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from tsr_engine.bundle.load import Bundle
     from tsr_engine.pipeline import Network
 
-__all__ = ["MAX_BYTES", "add_network", "network_of", "network_text", "replay_network"]
-
 MAX_BYTES: Final = 256 << 20
 """Largest network in a bundle: 256 MiB; a large YOLO of today has 220 MB."""
 _NAME = re.compile(r"onnx ([1-9][0-9]{0,4})x([1-9][0-9]{0,4}) (v8|v5)")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
@@ -15,8 +15,6 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.evidence import RESULT_HEADER, ResultRow
 from tsr_engine.geometry.boxes import iou, non_overlap
 from tsr_engine.records import FloatArray
-
-__all__ = ["MAX_EDGE_DIFFERENCE_PX", "Output", "read_rows", "same_output", "write_rows"]
 
 MAX_EDGE_DIFFERENCE_PX = 0.5
 """Largest difference between the edges of equal outputs, px."""
@@ -115,28 +113,36 @@ def read_rows(path: Path) -> list[ResultRow]:
         ImportFormatError: a line is not in that format.
     """
     rows: list[ResultRow] = []
-    with path.open(encoding="utf-8", errors="replace", newline="") as stream:
-        if stream.readline(200).rstrip("\r\n") != RESULT_HEADER:
-            raise ImportFormatError(f"{path.name}, line 1: expected {RESULT_HEADER}. Create the bundle again.")
-        for number, values in enumerate(csv.reader(stream), 2):
-            try:
-                frame, track, x1, y1, x2, y2, label, score, source = values
-                row = ResultRow(
-                    int(frame),
-                    int(track),
-                    float(x1),
-                    float(y1),
-                    float(x2),
-                    float(y2),
-                    int(label),
-                    float(score),
-                    source,
-                )
-            except ValueError:
-                raise ImportFormatError(
-                    f"{path.name}, line {number}: is not a row of results. Create the bundle again."
-                ) from None
-            if not all(np.isfinite(row[2:6])):
-                raise ImportFormatError(f"{path.name}, line {number}: a box is not finite. Create the bundle again.")
-            rows.append(row)
+    lines = numbered_lines(path)
+    if ",".join(next(lines, (1, []))[1]) != RESULT_HEADER:
+        raise ImportFormatError(f"{path.name}, line 1: expected {RESULT_HEADER}. Create the bundle again.")
+    for number, values in lines:
+        try:
+            frame, track, x1, y1, x2, y2, label, score, source = values
+            row = ResultRow(
+                int(frame), int(track), float(x1), float(y1), float(x2), float(y2), int(label), float(score), source
+            )
+        except ValueError:
+            raise ImportFormatError(
+                f"{path.name}, line {number}: is not a row of results. Create the bundle again."
+            ) from None
+        if not all(np.isfinite(row[2:6])):
+            raise ImportFormatError(f"{path.name}, line {number}: a box is not finite. Create the bundle again.")
+        rows.append(row)
     return rows
+
+
+def numbered_lines(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """The lines of a table with their numbers from 1.
+
+    Raises:
+        ImportFormatError: a line is not values between commas, or a value is too long.
+    """
+    with path.open(encoding="utf-8", errors="replace", newline="") as stream:
+        reader = csv.reader(stream)
+        try:
+            yield from enumerate(reader, 1)
+        except csv.Error as error:
+            raise ImportFormatError(
+                f"{path.name}, line {reader.line_num}: is not values between commas ({error}). Create the bundle again."
+            ) from None

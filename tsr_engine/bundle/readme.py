@@ -7,23 +7,16 @@ from collections.abc import Sequence
 
 from tsr_engine.bundle.judge import Finding
 from tsr_engine.bundle.layout import NETWORK
-from tsr_engine.bundle.manifest import Manifest, NetworkFacts
+from tsr_engine.bundle.manifest import Manifest
 from tsr_engine.bundle.network import network_text
-
-__all__ = ["readme_text"]
 
 _WIDTH = 88
 
 
 def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Sequence[str]) -> str:
-    """The text of ``README.txt``.
-
-    Args:
-        manifest: of the bundle; ``files`` is not used.
-        findings: verdicts on the expectations when the bundle was made.
-        warnings: sentences for the reader.
-    """
+    """The text of ``README.txt``, by a manifest that need not have its ``files`` yet."""
     frames, run, network = manifest.frames, manifest.run, manifest.network
+    options = "" if network is None else " --bundled-models" if network.inside else " --onnx FILE"
     last = frames.stop - 1
     parts = [
         _title("A bug report for tsr"),
@@ -37,7 +30,7 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
         *_findings(findings),
         _title("How to replay it"),
         _text("Install tsr, then run this in a terminal, with the name of this file:"),
-        f"    tsr replay BUNDLE.zip{_extra_options(network)}\n",
+        f"    tsr replay BUNDLE.zip{options}\n",
         *([] if network is None else [_text(network_text(network))]),
         _text(
             "The engine of your installation runs on the clip with the settings of the run, and its result is compared "
@@ -85,11 +78,6 @@ def readme_text(manifest: Manifest, findings: Sequence[Finding], warnings: Seque
     if warnings:
         parts += [_title("Mind"), _items(*warnings)]
     return "\n".join(parts)
-
-
-def _extra_options(network: NetworkFacts | None) -> str:
-    """Options that the command needs besides the bundle."""
-    return "" if network is None else " --bundled-models" if network.inside else " --onnx FILE"
 
 
 def _describe_lead_in(manifest: Manifest) -> str:

@@ -3,42 +3,32 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from tsr_engine.bundle.engine import Decoding, run_engine
-from tsr_engine.bundle.judge import Finding, judge, overall_verdict
+from tsr_engine.bundle.clip import picture_digest
+from tsr_engine.bundle.judge import judge, overall_verdict
 from tsr_engine.bundle.layout import MODELS, Verdict
 from tsr_engine.bundle.load import Bundle, open_evidence
 from tsr_engine.bundle.models import extract_models
 from tsr_engine.bundle.output import Output, same_output
-from tsr_engine.errors import EvidenceError, ImportFormatError, UsageError
-from tsr_engine.evidence import EvidenceReader, ResultRow, differences
-from tsr_engine.io.video import VideoLimits
+from tsr_engine.errors import EvidenceError, ImportFormatError, UsageError, VideoError
+from tsr_engine.evidence import EvidenceReader, FramePixels, ResultRow, differences
+from tsr_engine.io.video import open_video
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 from tsr_engine.params.aliases import current_sections
 from tsr_engine.params.replayable import VALUES_IN_OLD_RUNS
-from tsr_engine.pipeline import RECOMPUTED, Components, ResultStream
+from tsr_engine.pipeline import RECOMPUTED, Components, FrameInput, ResultStream, TrackingCore, VideoDetector
 from tsr_engine.records import FrameEvidence
+from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.version import __version__
-
-__all__ = ["BundleReplay", "Outcome", "bundle_params", "bundled_models", "replay_bundle"]
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The verdict on one expectation when the bundle was made and now.
-
-    Attributes:
-        id: id of the expectation.
-        expected: one sentence.
-        before: whether it was met when the bundle was made.
-        now: whether the replay meets it.
-        got: one sentence on the output now.
-        frame: frame to look at.
-    """
+    """The verdict on one expectation when the bundle was made and now; see :class:`~.judge.Finding`."""
 
     id: str
     expected: str
@@ -138,7 +128,6 @@ def replay_bundle(
     components: Components,
     *,
     changed: list[str] | None = None,
-    limits: VideoLimits | None = None,
     progress: Callable[[int, int], None] = lambda _done, _of: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> BundleReplay:
@@ -149,7 +138,6 @@ def replay_bundle(
         params: parameters of the replay.
         components: the trained components.
         changed: known differences from the run.
-        limits: limits on the clip.
         progress: called with (frames done, total).
         stop: called after each frame; True ends the replay.
 
@@ -159,10 +147,10 @@ def replay_bundle(
     """
     start_time = time.perf_counter()
     report = BundleReplay(changed=[*(changed or []), *_changes(bundle, components)])
-    decoding, stream, comparison = Decoding(), ResultStream(), _Comparison(bundle)
+    stream, comparison = ResultStream(), _Comparison(bundle)
     rows: list[ResultRow] = []
     try:
-        for frame in run_engine(bundle, params, components, decoding, limits=limits, progress=progress):
+        for frame in _run_engine(bundle, params, components, report, progress):
             rows.extend(stream.add(frame))
             comparison.add(frame)
             if stop():
@@ -173,20 +161,57 @@ def replay_bundle(
     frame_range = bundle.manifest.frames
     output = Output.from_rows(rows, frame_range.first, frame_range.stop)
     before_findings, findings = judge(bundle.expectation, bundle.output), judge(bundle.expectation, output)
-    report.frames, report.other_pictures = decoding.frames, decoding.other_pictures
     report.judged = frame_range.stop - frame_range.first
     report.identical, report.first_difference = comparison.identical, comparison.first
     report.same = same_output(bundle.output, output)
     report.verdict = overall_verdict(before_findings, findings, report.same)
-    report.outcomes = [_outcome(a, b) for a, b in zip(before_findings, findings, strict=True)]
+    report.outcomes = [
+        Outcome(now.id, now.expected, before.met, now.met, now.got, now.frame)
+        for before, now in zip(before_findings, findings, strict=True)
+    ]
     report.tracks, report.tracks_before = len(output.tracks), len(bundle.output.tracks)
     report.rows = output.rows
     report.seconds = time.perf_counter() - start_time
     return report
 
 
-def _outcome(before: Finding, now: Finding) -> Outcome:
-    return Outcome(now.id, now.expected, before.met, now.met, now.got, now.frame)
+def _run_engine(
+    bundle: Bundle, params: Params, components: Components, report: BundleReplay, progress: Callable[[int, int], None]
+) -> Iterator[FrameEvidence]:
+    """Run the engine on every frame of the clip, including the lead-in; the report counts frames and other pictures.
+
+    Frame numbers and times, the nominal interval and the first track's number are those of the run, so that equal
+    pictures, parameters and models give equal evidence.
+
+    Raises:
+        VideoError: the clip cannot be decoded, is too short, or has pictures of another size.
+    """
+    manifest = bundle.manifest
+    with open_video(bundle.clip) as video:
+        if (video.width, video.height) != (manifest.clip.width, manifest.clip.height):
+            raise VideoError(
+                f"{manifest.clip.file} of {bundle.name} has pictures of {video.width}x{video.height}, expected "
+                f"{manifest.clip.width}x{manifest.clip.height}. Create the bundle again."
+            )
+        interval, first_id = manifest.run.interval, manifest.frames.first_id
+        core = TrackingCore(params, components.parts, video.width, video.height, interval=interval, first_id=first_id)
+        detector, tracking = VideoDetector(components.detector), params.tracking
+        shift_estimator = CameraShift(tracking.shift_scale, (tracking.foe_x, tracking.foe_y))
+        pictures = video.frames(bundle.frames[0].clip, bundle.frames[-1].clip + 1)
+        for wanted, frame in zip(bundle.frames, pictures, strict=False):
+            report.other_pictures += picture_digest(frame.picture) != wanted.digest
+            detections = detector.detect(wanted.ordinal, frame.picture)
+            camera_shift = shift_estimator.step(frame.picture) if tracking.use_camera_shift else (0.0, 0.0)
+            pixels = FramePixels(frame.picture)
+            revisit = detector.revisit(frame.picture, detections)
+            yield core.step(FrameInput(wanted.ordinal, wanted.seconds, detections, camera_shift, pixels, revisit))
+            report.frames += 1
+            progress(report.frames, len(bundle.frames))
+    if report.frames != len(bundle.frames):
+        raise VideoError(
+            f"{manifest.clip.file} of {bundle.name} ends after {report.frames} of {len(bundle.frames)} frames. "
+            "Copy the bundle again."
+        )
 
 
 def _changes(bundle: Bundle, components: Components) -> list[str]:

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING
 
 from tsr_engine.bundle.expectation import Expectation
 from tsr_engine.bundle.judge import Finding
-from tsr_engine.bundle.manifest import (
-    Manifest,
-)
+from tsr_engine.bundle.manifest import Manifest
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import VideoLimits
@@ -20,10 +18,6 @@ from tsr_engine.labels.classes import RunClasses
 
 if TYPE_CHECKING:
     from tsr_engine.recording import BoxRows
-
-__all__ = ["BundleReport", "BundleRequest"]
-
-_NO_CORRECTIONS: JsonMapping = {"documents": []}
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +54,7 @@ class BundleRequest:
     stop: int
     note: str = ""
     expectation: Expectation = field(default_factory=Expectation)
-    corrections: JsonMapping = field(default_factory=lambda: _NO_CORRECTIONS)
+    corrections: JsonMapping = field(default_factory=lambda: {"documents": []})
     corrected: BoxRows | None = None
     classes: RunClasses | None = None
     tracks: tuple[str, ...] = ()
@@ -77,15 +71,7 @@ class BundleRequest:
 
 @dataclass(frozen=True, slots=True)
 class BundleReport:
-    """The report on a new bundle.
-
-    Attributes:
-        path: the file.
-        size: bytes.
-        manifest: its manifest.
-        findings: verdicts on the expectations for the run's output.
-        warnings: sentences for the maker.
-    """
+    """The report on a new bundle: its verdicts on the run's output, and warnings for the maker."""
 
     path: Path
     size: int

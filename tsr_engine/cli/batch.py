@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from tsr_engine.batch.run import BatchProgress, BatchRequest
     from tsr_engine.pipeline import Network
 
-__all__ = ["BatchProgressPrinter", "CoresOption", "JobsOption", "MemoryOption", "PlaceOption", "batch", "batch_request"]
-
 _KEEP_CHOICES = ("evidence", "csv", "video")
 _LOG_INTERVAL_S = 30.0
 """Seconds between two lines of progress if stderr is not a terminal."""

@@ -13,8 +13,6 @@ import typer
 from tsr_engine.cli.common import JsonOption, existing, frame_range, print_json
 from tsr_engine.errors import InputError
 
-__all__ = ["calibrate"]
-
 
 def calibrate(
     video: Annotated[Path, typer.Argument(help="Video file of a drive.")],

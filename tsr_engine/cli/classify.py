@@ -21,8 +21,6 @@ from tsr_engine.cli.common import (
 from tsr_engine.errors import InputError
 from tsr_engine.plural import plural
 
-__all__ = ["BATCH_SIZE", "classify"]
-
 BATCH_SIZE = 256
 
 
@@ -61,11 +59,7 @@ def classify(
     refuse_inputs([csv], [*sources, *(item.path for _, item in items)])
     classifier = load_reader(models, reader_kind)
     unreadable = done = correct = labelled = 0
-    with (
-        stop_on_interrupt() as stopped,
-        atomic_text(csv) as out,
-        progress_bar("classifying", "crops") as show,
-    ):
+    with stop_on_interrupt() as stopped, atomic_text(csv) as out, progress_bar("classifying", "crops") as show:
         out.write("filename,class_id,probability\n")
         for first in range(0, len(items), BATCH_SIZE):
             batch = items[first : first + BATCH_SIZE]

@@ -19,29 +19,6 @@ if TYPE_CHECKING:
     from tsr_engine.params import Params, Reader
     from tsr_engine.pipeline import Network
 
-__all__ = [
-    "FormerNetworkOption",
-    "JsonOption",
-    "ModelsOption",
-    "OnnxLayoutOption",
-    "OnnxOption",
-    "OnnxSizeOption",
-    "ParameterCommand",
-    "PresetOption",
-    "ReaderOption",
-    "SetOption",
-    "existing",
-    "frame_range",
-    "make_network",
-    "make_params",
-    "make_reader",
-    "out_console",
-    "print_json",
-    "say",
-    "size_of",
-    "split_settings",
-]
-
 MAX_SIDE_PX = 16384
 """Pictures are no wider or higher than this, px."""
 
@@ -53,8 +30,7 @@ PresetOption = Annotated[
     str, typer.Option("--preset", metavar="default|realtime|paper", help="Parameters to start from.")
 ]
 ModelsOption = Annotated[
-    Path | None,
-    typer.Option("--models", metavar="DIR", help="Folder of models; unset: the shipped ones."),
+    Path | None, typer.Option("--models", metavar="DIR", help="Folder of models; unset: the shipped ones.")
 ]
 ReaderOption = Annotated[
     str | None,

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from tsr_engine.pipeline import Components
     from tsr_engine.records import Detections, Picture
 
-__all__ = ["detect"]
-
 
 def detect(
     sources: Annotated[list[Path], typer.Argument(metavar="IMAGE_OR_FOLDER...", help="Pictures, folders of pictures.")],
@@ -78,21 +76,17 @@ def detect(
     components = load_components(params, models, network)
     others = load_other_shapes(params, models) if other_shapes else None
     unreadable = found = done = 0
-    with (
-        stop_on_interrupt() as stopped,
-        atomic_text(jsonl) as out,
-        progress_bar("detecting", "pictures") as show,
-    ):
+    with stop_on_interrupt() as stopped, atomic_text(jsonl) as out, progress_bar("detecting", "pictures") as show:
         for done, path in enumerate(paths, 1):
             try:
                 picture = read_picture(path)
             except InputError as error:
                 say(str(error))
                 unreadable += 1
-                continue
-            rows = detections_of(components, picture, others)
-            found += len(rows)
-            out.write(json_module.dumps({"image": path.name, "detections": rows}, allow_nan=False) + "\n")
+            else:
+                rows = detections_of(components, picture, others)
+                found += len(rows)
+                out.write(json_module.dumps({"image": path.name, "detections": rows}, allow_nan=False) + "\n")
             show(done, len(paths), "")
             if stopped():
                 break

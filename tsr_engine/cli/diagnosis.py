@@ -63,7 +63,7 @@ def diagnose(models: Path | None = None) -> list[Check]:
         Check("tsr", "ok", __version__),
         *_packages(),
         *_codecs(),
-        _cores(),
+        Check("cores", "ok", str(usable_cores())),
         _memory(),
         _numba_cache(),
         *_models(SHIPPED if models is None else models),
@@ -137,10 +137,6 @@ def _codecs() -> Iterator[Check]:
             )
         else:
             yield Check(f"{codec} ({purpose})", "ok", "available")
-
-
-def _cores() -> Check:
-    return Check("cores", "ok", str(usable_cores()))
 
 
 def _memory() -> Check:

@@ -8,8 +8,6 @@ import typer
 
 from tsr_engine.cli.common import JsonOption, ModelsOption, out_console, print_json
 
-__all__ = ["doctor"]
-
 _MARKS = {"ok": "[green]ok[/green]", "warning": "[yellow]warning[/yellow]", "missing": "[red]missing[/red]"}
 
 

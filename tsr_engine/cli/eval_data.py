@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,8 +15,6 @@ if TYPE_CHECKING:
     from tsr_engine.io.gtsrb import CropItem
     from tsr_engine.params import Params
     from tsr_engine.track_table import TrackTable
-
-__all__ = ["check_output_folder", "held_out_scenes", "select_crops", "track_without_files", "write_figures"]
 
 
 def held_out_scenes(scenes: list[Scene], models: Path | None) -> list[Scene]:
@@ -46,8 +46,6 @@ def select_crops(source: Path, held_out: float | None, seed: int) -> list[CropIt
 
 def track_without_files(video: Path, params: Params, models: Path | None, title: str) -> tuple[int, TrackTable]:
     """Track a video without writing files; return the number of frames and the result rows."""
-    import tempfile
-
     from tsr_engine.cli.progress import progress_bar, rate_text
     from tsr_engine.evaluation.track_tables import read_results
     from tsr_engine.pipeline import load_components
@@ -80,9 +78,7 @@ def write_figures(out: Path | None, name: str, content: object) -> None:
     """Write figures as one JSON file, if a folder is given."""
     if out is None:
         return
-    import json as json_module
-
     from tsr_engine.io.atomic import atomic_text
 
     with atomic_text(out / name) as stream:
-        stream.write(json_module.dumps(content, indent=1, allow_nan=False) + "\n")
+        stream.write(json.dumps(content, indent=1, allow_nan=False) + "\n")

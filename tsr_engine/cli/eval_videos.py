@@ -8,8 +8,6 @@ from tsr_engine.cli.common import say
 from tsr_engine.errors import InputError
 from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 
-__all__ = ["find_annotated_videos", "find_ground_truth", "find_results", "keep_readable"]
-
 
 def find_annotated_videos(sources: list[Path], truth: Path | None) -> list[Path]:
     """The given videos, and those of given folders that have ground truth.
@@ -60,18 +58,18 @@ def keep_readable(pairs: list[tuple[Path, Path]]) -> list[tuple[Path, Path, tupl
     """
     from tsr_engine.io.video import open_video
 
-    keep_readable = []
+    readable = []
     for video, table in pairs:
         try:
             with open_video(video) as opened:
-                keep_readable.append((video, table, (len(opened.table), opened.width, opened.height)))
+                readable.append((video, table, (len(opened.table), opened.width, opened.height)))
         except InputError as error:
             if len(pairs) == 1:
                 raise
             say(str(error))
-    if not keep_readable:
+    if not readable:
         raise InputError(f"None of the {len(pairs)} videos could be read.")
-    return keep_readable
+    return readable
 
 
 def find_results(video: Path, results: Path) -> Path:

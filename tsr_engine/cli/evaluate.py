@@ -37,8 +37,6 @@ from tsr_engine.plural import plural
 from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.runs.report_json import class_name
 
-__all__ = ["app"]
-
 app = typer.Typer(
     help="Measure detection, classification, fusion or tracking on annotated data.",
     no_args_is_help=True,
@@ -48,6 +46,11 @@ app = typer.Typer(
 OutOption = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Folder for figures as JSON and plots as PNG.")
 ]
+HeldOutOption = Annotated[
+    float | None,
+    typer.Option("--held-out", metavar="SHARE", help="Only this share of the tracks, drawn by --seed as in training."),
+]
+SeedOption = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of the split.")]
 
 
 @app.command("tracking", cls=ParameterCommand)
@@ -134,13 +137,8 @@ def classification(
     gtsrb: Annotated[
         Path, typer.Option("--gtsrb", metavar="DIR_OR_CSV", help="Class folders, or a table with ClassId.")
     ],
-    held_out: Annotated[
-        float | None,
-        typer.Option(
-            "--held-out", metavar="SHARE", help="Only this share of the tracks, drawn by --seed as in training."
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of the split.")] = 0,
+    held_out: HeldOutOption = None,
+    seed: SeedOption = 0,
     models: ModelsOption = None,
     reader: ReaderOption = None,
     network: FormerNetworkOption = False,
@@ -195,13 +193,8 @@ def classification(
 @app.command("fusion", cls=ParameterCommand)
 def fusion(
     gtsrb: Annotated[Path, typer.Option("--gtsrb", metavar="DIR", help="Class folders with tracks.")],
-    held_out: Annotated[
-        float | None,
-        typer.Option(
-            "--held-out", metavar="SHARE", help="Only this share of the tracks, drawn by --seed as in training."
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Seed of the split.")] = 0,
+    held_out: HeldOutOption = None,
+    seed: SeedOption = 0,
     settings: SetOption = [],  # noqa: B006 - typer copies it
     models: ModelsOption = None,
     out: OutOption = None,

@@ -21,8 +21,6 @@ from tsr_engine.plural import plural
 if TYPE_CHECKING:
     from tsr_engine.follow import Anchor, Direction, Ending, Proposal
 
-__all__ = ["follow"]
-
 COLUMNS = "frame,x1,y1,x2,y2,confidence,source"
 
 
@@ -157,9 +155,4 @@ def as_json(row: Proposal) -> JsonMapping:
 
 def ending_as_json(ending: Ending) -> JsonMapping:
     """An ending as JSON values."""
-    return {
-        "direction": ending.direction,
-        "frame": ending.frame,
-        "reason": ending.reason,
-        "sentence": ending.sentence,
-    }
+    return {"direction": ending.direction, "frame": ending.frame, "reason": ending.reason, "sentence": ending.sentence}

@@ -13,16 +13,11 @@ import typer
 
 from tsr_engine.cli.common import say
 
-__all__ = ["EXIT_INTERRUPTED", "leave_interrupted", "stop_on_interrupt"]
-
 EXIT_INTERRUPTED = 130
 
 
 def leave_interrupted(kept: str) -> NoReturn:
-    """End a command after Ctrl-C, with a sentence on what is kept.
-
-    Args:
-        kept: the sentence.
+    """End a command after Ctrl-C, with the sentence ``kept`` on what is kept.
 
     Raises:
         typer.Exit: with the exit code of an interruption.

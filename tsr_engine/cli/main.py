@@ -32,8 +32,6 @@ from tsr_engine.errors import StorageError, TsrError, UsageError
 from tsr_engine.extras import explained
 from tsr_engine.version import __version__
 
-__all__ = ["app", "command", "run"]
-
 EXIT_UNEXPECTED = 1
 EXIT_USAGE = 2
 EXIT_BROKEN_PIPE = 141

@@ -10,8 +10,6 @@ import typer
 
 from tsr_engine.cli.common import JsonOption, PresetOption, out_console, print_json
 
-__all__ = ["params"]
-
 
 def params(
     preset: PresetOption = "default",

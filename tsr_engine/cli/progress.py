@@ -13,8 +13,6 @@ from typing import Final
 
 from tsr_engine.cli.common import say
 
-__all__ = ["CompilationNote", "progress_bar", "rate_text"]
-
 ShowProgress = Callable[[int, int | None, str], None]
 _POLL_INTERVAL_S: Final = 0.5
 """Seconds between two looks at the compiler."""
@@ -39,10 +37,6 @@ class CompilationNote:
 @contextmanager
 def progress_bar(title: str, unit: str) -> Iterator[ShowProgress]:
     """A progress bar on stderr if that is a terminal, else one line there if kernels are compiled.
-
-    Args:
-        title: title of the bar.
-        unit: unit of the number.
 
     Yields:
         A function to call with the number done, the total if known, and the rate as text.

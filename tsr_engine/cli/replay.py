@@ -10,16 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tsr_engine.cli.common import (
-    JsonOption,
-    ModelsOption,
-    ParameterCommand,
-    SetOption,
-    out_console,
-    print_json,
-    say,
-    split_settings,
-)
+from tsr_engine.cli.common import JsonOption, ModelsOption, SetOption, out_console, print_json, say, split_settings
 from tsr_engine.cli.replay_bundle import replay_bundle_file
 from tsr_engine.errors import EvidenceError, UsageError
 from tsr_engine.json_shapes import JsonObject
@@ -28,8 +19,6 @@ from tsr_engine.plural import plural
 if TYPE_CHECKING:
     from tsr_engine.params import Params
     from tsr_engine.runs.replay import ReplayReport
-
-__all__ = ["ParameterCommand", "replay"]
 
 
 def replay(

@@ -15,8 +15,6 @@ from tsr_engine.plural import plural
 if TYPE_CHECKING:
     from tsr_engine.bundle import Bundle, BundleReplay
 
-__all__ = ["replay_bundle_file"]
-
 
 def replay_bundle_file(
     path: Path,
@@ -154,9 +152,7 @@ def _reproduction(report: BundleReplay, whole: bool) -> str:
     else:
         exact = f"{report.identical} of {report.judged} frames are bit by bit those of the run."
     shown = "The output is the same" if report.same else "The output is another one"
-    tail = (
-        f"{shown} ({report.tracks_before} track{'' if report.tracks_before == 1 else 's'} then, {report.tracks} now)."
-    )
+    tail = f"{shown} ({plural(report.tracks_before, 'track')} then, {report.tracks} now)."
     if not whole:
         tail += " Signs in view before the first frame were found anew, so the first frames may differ."
     return f"{exact} {tail}"

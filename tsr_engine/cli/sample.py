@@ -12,8 +12,6 @@ import typer
 from tsr_engine.cli.common import JsonOption, print_json, size_of
 from tsr_engine.errors import UsageError
 
-__all__ = ["sample"]
-
 
 def sample(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder to write into.")] = Path("sample"),

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from tsr_engine.pipeline import TrackSummary
     from tsr_engine.runs.track_video import RunReport
 
-__all__ = ["track"]
-
 
 def track(
     video: Annotated[Path, typer.Argument(metavar="VIDEO", help=f"A video file: {KIND_NAMES}.")],
@@ -165,19 +163,18 @@ def track_table(tracks: Sequence[TrackSummary], names: Sequence[str]) -> Table:
     from rich.table import Table
 
     from tsr_engine.runs.report_json import class_name
+    from tsr_engine.track_table import SOURCES
 
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for name in ("track", "class", "sign"):
+    for name in ("track", "class", "sign", "frames", *SOURCES, "largest px", "vote share"):
         table.add_column(name, justify="left" if name == "sign" else "right")
-    for name in ("frames", "detected", "predicted", "relocalised", "largest px", "vote share"):
-        table.add_column(name, justify="right")
     for t in tracks:
         table.add_row(
             str(t.track_id),
             "" if t.class_id < 0 else str(t.class_id),
             class_name(t.class_id, names),
             f"{t.first_frame}-{t.last_frame}",
-            *(str(t.frames[source]) for source in ("detected", "predicted", "relocalised")),
+            *(str(t.frames[source]) for source in SOURCES),
             f"{t.largest_side:.0f}",
             f"{t.share:.0%}",
         )

@@ -5,8 +5,6 @@ from __future__ import annotations
 from tsr_engine.cli.common import out_console
 from tsr_engine.json_shapes import JsonObject
 
-__all__ = ["print_summaries"]
-
 
 def print_summaries(summaries: JsonObject, details: JsonObject) -> None:
     """Print figures side by side, and which signs were found in which video.

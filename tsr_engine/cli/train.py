@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,8 +20,6 @@ from tsr_engine.plural import plural
 
 if TYPE_CHECKING:
     from tsr_engine.training.report import Report
-
-__all__ = ["TRAINED_PARTS", "app"]
 
 TRAINED_PARTS = ("detector", "prior", "classifier", "online", "memory")
 """Components trained on public data."""
@@ -82,7 +81,7 @@ def detector(
       tsr train detector --gtsdb GTSDB --gtsrb GTSRB --signs gtsdb_signs.json --out models
       tsr train detector --export corrections.zip --video drive.mp4 --out version2
     """
-    _train(("detector",), gtsdb, gtsrb, export, video, parent, out, seed, json, signs)
+    _train(_Training(("detector",), out, seed, json, gtsdb, gtsrb, export, video, parent, signs))
 
 
 @app.command("prior")
@@ -96,7 +95,7 @@ def prior(
     Example:
       tsr train prior --gtsdb GTSDB --out models
     """
-    _train(("prior",), gtsdb, gtsrb, export, video, parent, out, seed, json)
+    _train(_Training(("prior",), out, seed, json, gtsdb, gtsrb, export, video, parent))
 
 
 @app.command("lambda")
@@ -112,7 +111,7 @@ def weight(
     """
     if not export:
         raise UsageError("lambda alone is learned from corrections: name --export. `tsr train prior` learns both.")
-    _train(("lambda",), gtsdb, gtsrb, export, video, parent, out, seed, json)
+    _train(_Training(("lambda",), out, seed, json, gtsdb, gtsrb, export, video, parent))
 
 
 @app.command("classifier")
@@ -126,7 +125,7 @@ def classifier(
     Example:
       tsr train classifier --gtsrb GTSRB --out models
     """
-    _train(("classifier",), gtsdb, gtsrb, export, video, parent, out, seed, json)
+    _train(_Training(("classifier",), out, seed, json, gtsdb, gtsrb, export, video, parent))
 
 
 @app.command("network")
@@ -142,7 +141,7 @@ def network(
       tsr train network --gtsrb GTSRB --out models --device cpu
     """
     require_extra("torch")
-    _train(("network",), None, gtsrb, [], [], None, out, seed, json, device=device)
+    _train(_Training(("network",), out, seed, json, gtsrb=gtsrb, device=device))
 
 
 @app.command("online")
@@ -156,7 +155,7 @@ def online(
     Example:
       tsr train online --gtsdb GTSDB --out models
     """
-    _train(("online",), gtsdb, gtsrb, export, video, parent, out, seed, json)
+    _train(_Training(("online",), out, seed, json, gtsdb, gtsrb, export, video, parent))
 
 
 @app.command("memory")
@@ -170,7 +169,7 @@ def memory(
     Example:
       tsr train memory --gtsdb GTSDB --gtsrb GTSRB --out models
     """
-    _train(("memory",), gtsdb, gtsrb, [], [], None, out, seed, json, signs)
+    _train(_Training(("memory",), out, seed, json, gtsdb, gtsrb, signs=signs))
 
 
 @app.command("other-shapes")
@@ -186,7 +185,7 @@ def other_shapes(
     """
     if signs is None:
         raise UsageError("Training other-shapes needs --signs FILE, the annotations of other signs.")
-    _train(("other_shapes",), gtsdb, None, [], [], None, out, seed, json, signs)
+    _train(_Training(("other_shapes",), out, seed, json, gtsdb, signs=signs))
 
 
 @app.command("all")
@@ -202,55 +201,53 @@ def everything(
       tsr train all --gtsdb GTSDB --gtsrb GTSRB --out models --seed 0
       tsr train all --export corrections.zip --video drive.mp4 --from models --out version2
     """
-    _train(REFINED_PARTS if export else TRAINED_PARTS, gtsdb, gtsrb, export, video, parent, out, seed, json, signs)
+    parts = REFINED_PARTS if export else TRAINED_PARTS
+    _train(_Training(parts, out, seed, json, gtsdb, gtsrb, export, video, parent, signs))
 
 
-def _train(
-    parts: tuple[str, ...],
-    gtsdb: Path | None,
-    gtsrb: Path | None,
-    exports: list[Path],
-    videos: list[Path],
-    parent: Path | None,
-    out: Path,
-    seed: int,
-    as_json: bool,
-    signs: Path | None = None,
-    device: str = "cpu",
-) -> None:
+@dataclass(frozen=True, slots=True)
+class _Training:
+    """What a command asks for: ``exports`` refine ``parent``; without, the data sets train from scratch."""
+
+    parts: tuple[str, ...]
+    out: Path
+    seed: int
+    as_json: bool
+    gtsdb: Path | None = None
+    gtsrb: Path | None = None
+    exports: Sequence[Path] = ()
+    videos: Sequence[Path] = ()
+    parent: Path | None = None
+    signs: Path | None = None
+    device: str = "cpu"
+
+
+def _train(asked: _Training) -> None:
     """Refine if there are exports, else train from scratch."""
-    for folder, option in ((gtsdb, "--gtsdb"), (gtsrb, "--gtsrb"), (parent, "--from")):
+    for folder, option in ((asked.gtsdb, "--gtsdb"), (asked.gtsrb, "--gtsrb"), (asked.parent, "--from")):
         if folder is not None and not folder.is_dir():
             raise InputError(f"There is no folder at {folder}, named by {option}. Unpack the data set there.")
     from tsr_engine.io.atomic import refuse_unwritable
     from tsr_engine.io.models import MANIFEST, read_manifest
 
-    refuse_unwritable(out)
-    if (out / MANIFEST).exists():
-        read_manifest(out)  # what cannot be added to is refused before hours of training, not after
-    if exports and signs is not None:
+    refuse_unwritable(asked.out)
+    if (asked.out / MANIFEST).exists():
+        read_manifest(asked.out)  # what cannot be added to is refused before hours of training, not after
+    if asked.exports and asked.signs is not None:
         raise UsageError("--signs goes with training from scenes: --export takes no scenes. Leave one of them out.")
-    if exports:
-        _refine(parts, gtsdb, gtsrb, exports, videos, parent, out, seed, as_json)
+    if asked.exports:
+        _refine(asked)
         return
-    if parent is not None or videos:
+    if asked.parent is not None or asked.videos:
         raise UsageError(
             "--from and --video go with --export: they refine a version. Name an export, or leave them out."
         )
-    _train_from_scratch(parts, gtsdb, gtsrb, signs, out, seed, as_json, device)
+    _train_from_scratch(asked)
 
 
-def _train_from_scratch(
-    parts: tuple[str, ...],
-    gtsdb: Path | None,
-    gtsrb: Path | None,
-    signs: Path | None,
-    out: Path,
-    seed: int,
-    as_json: bool,
-    device: str,
-) -> None:
+def _train_from_scratch(asked: _Training) -> None:
     """Train, write and report each component."""
+    parts, out, gtsdb, gtsrb = asked.parts, asked.out, asked.gtsdb, asked.gtsrb
     needs_scenes = bool({"detector", "prior", "online", "memory", "other_shapes"} & set(parts))
     needs_crops = bool({"classifier", "network", "memory"} & set(parts))
     for needed, folder, option in ((needs_scenes, gtsdb, "--gtsdb"), (needs_crops, gtsrb, "--gtsrb")):
@@ -265,13 +262,13 @@ def _train_from_scratch(
     for part in parts:
         with progress_bar(f"training {part}", "") as show:
             if part == "network" and gtsrb is not None:
-                component = train_network(gtsrb, seed, device, _stage_progress(show))
+                component = train_network(gtsrb, asked.seed, asked.device, _stage_progress(show))
             else:
-                component = train_component(part, out, seed, _stage_progress(show), gtsdb, gtsrb, signs)
+                component = train_component(part, out, asked.seed, _stage_progress(show), gtsdb, gtsrb, asked.signs)
         digest = save_component(component, out)
         figures[component.name] = {"sha256": digest, "figures": dict(component.figures)}
-    if as_json:
-        print_json({"models": str(out), "seed": seed, "components": figures})
+    if asked.as_json:
+        print_json({"models": str(out), "seed": asked.seed, "components": figures})
         return
     console = out_console()
     for part, found in figures.items():
@@ -280,18 +277,9 @@ def _train_from_scratch(
             console.print(f"  {name}: {value}", soft_wrap=True)
 
 
-def _refine(
-    parts: tuple[str, ...],
-    gtsdb: Path | None,
-    gtsrb: Path | None,
-    exports: list[Path],
-    videos: list[Path],
-    parent: Path | None,
-    out: Path,
-    seed: int,
-    as_json: bool,
-) -> None:
+def _refine(asked: _Training) -> None:
     """Refine a version and print its figures beside those of its parent."""
+    out, parent = asked.out, asked.parent
     if out.exists() and parent is not None and out.resolve() == parent.resolve():
         raise UsageError("--out names the folder of --from. A version is never overwritten: name another folder.")
     from tsr_engine.cli.progress import progress_bar
@@ -299,19 +287,18 @@ def _refine(
     from tsr_engine.training.corrections.exports import open_export
     from tsr_engine.training.corrections.retrain import Recipe, retrain
 
-    for video in videos:
+    for video in asked.videos:
         if not video.is_file():
             raise InputError(f"There is no video at {video}, named by --video. Check the path.")
-    by_hash = {video_sha256(video): video for video in videos}
+    by_hash = {video_sha256(video): video for video in asked.videos}
     with tempfile.TemporaryDirectory(prefix="tsr-train-") as name, progress_bar("refining", "") as show:
         work = Path(name)
-        opened = [open_export(path, lambda sha256, _: by_hash.get(sha256), work) for path in exports]
-        report = retrain(
-            opened, Recipe(parts=parts, seed=seed), parent, out, work, _stage_progress(show), gtsdb=gtsdb, gtsrb=gtsrb
-        )
-    if as_json:
+        opened = [open_export(path, lambda sha256, _: by_hash.get(sha256), work) for path in asked.exports]
+        recipe = Recipe(parts=asked.parts, seed=asked.seed)
+        report = retrain(opened, recipe, parent, out, work, _stage_progress(show), gtsdb=asked.gtsdb, gtsrb=asked.gtsrb)
+    if asked.as_json:
         print_json({
-            "models": str(out), "seed": seed, "components": dict(report.models),
+            "models": str(out), "seed": asked.seed, "components": dict(report.models),
             "figures": dict(report.figures), "lineage": dict(report.lineage),
         })  # fmt: skip
         return

@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-__all__ = ["refers_to_files"]
-
 _TENSOR: Final = "tensor"
 _EXTERNAL: Final = (13, 14)
 """Fields of a tensor: the place of its external values, and the mark that values are external."""

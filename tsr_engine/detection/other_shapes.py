@@ -15,8 +15,6 @@ from tsr_engine.params.detector import DetectorParams
 from tsr_engine.protocols import TrainedPart
 from tsr_engine.records import Detections, Picture
 
-__all__ = ["COMPONENT", "MAX_NESTED_RATIO", "OtherShapes"]
-
 COMPONENT: Final = "other_shapes"
 MAX_NESTED_RATIO: Final = 0.6
 """A box with less than this share of another box's area may be a sign in a sign, such as the limit in a zone sign: 0.32

@@ -12,8 +12,6 @@ from math import ceil, floor
 
 from tsr_engine.channels.pyramid import Band
 
-__all__ = ["bands_of_frame", "rows_of"]
-
 
 def bands_of_frame(
     bands: Sequence[Band], smallest: Sequence[int], reach: Sequence[float], frame: int, turns: int

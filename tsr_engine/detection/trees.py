@@ -45,11 +45,7 @@ class TreeEnsemble:
         trees, nodes = self.features.shape
         if nodes & (nodes + 1) or not nodes:
             raise ValueError(f"A tree must have 2**depth - 1 inner nodes. Got {nodes} instead.")
-        expected = {
-            "thresholds": (trees, nodes),
-            "leaves": (trees, nodes + 1),
-            "rejection": (trees,),
-        }
+        expected = {"thresholds": (trees, nodes), "leaves": (trees, nodes + 1), "rejection": (trees,)}
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(

@@ -15,8 +15,6 @@ from tsr_engine.geometry.boxes import iou
 from tsr_engine.linear_algebra import product
 from tsr_engine.records import FloatArray
 
-__all__ = ["MIN_MERGE_IOU", "SCORE_SCALE", "merge_windows"]
-
 MIN_MERGE_IOU: Final = 0.6
 """A window counts toward a candidate if it overlaps the candidate's best window by more than this IoU."""
 SCORE_SCALE: Final = 12.0
@@ -37,7 +35,7 @@ def merge_windows(
 
     Returns:
         Candidates (m, 4) and their scores (m,), best first, one for each window that suppression keeps. The box is the
-        mean of the windows around it, weighted by ``exp(score / SPREAD)``.
+        mean of the windows around it, weighted by ``exp(score / SCORE_SCALE)``.
     """
     kept = suppress(boxes, scores, overlap, limit, nested)
     if not len(kept):

@@ -20,16 +20,6 @@ from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import FloatArray
 
-__all__ = [
-    "MOT_COLUMNS",
-    "RESULT_COLUMNS",
-    "TRUTH_COLUMNS",
-    "RowError",
-    "read_mot_table",
-    "read_result_table",
-    "read_truth_table",
-]
-
 TRUTH_COLUMNS: Final = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "visibility", "ignore")
 RESULT_COLUMNS: Final = ("frame", "track_id", "x1", "y1", "x2", "y2", "class_id", "score", "source")
 MOT_COLUMNS: Final = ("frame", "id", "left", "top", "width", "height", "flag", "class_id", "visibility")
@@ -84,7 +74,7 @@ def read_truth_table(content: bytes, frames: int | None = None, max_rows: int | 
         Shape (n, 9), columns as in ``TRUTH_COLUMNS``, in the order of the file.
 
     Raises:
-        BadRow: a line breaks a rule; names the first such line.
+        RowError: a line breaks a rule; names the first such line.
     """
 
     def rules(column: Columns) -> list[_Rule]:
@@ -109,7 +99,7 @@ def read_result_table(content: bytes) -> tuple[FloatArray, tuple[str, ...]]:
         Shape (n, 8), the numeric columns of ``RESULT_COLUMNS``; and the source of each row.
 
     Raises:
-        BadRow: a line breaks a rule; names the first such line.
+        RowError: a line breaks a rule; names the first such line.
     """
 
     def rules(column: Columns) -> list[_Rule]:
@@ -128,7 +118,7 @@ def read_mot_table(content: bytes) -> FloatArray:
         Shape (n, 9), columns as in ``MOT_COLUMNS``, frames from 1 as in the file.
 
     Raises:
-        BadRow: a line breaks a rule; names the first such line.
+        RowError: a line breaks a rule; names the first such line.
     """
 
     def rules(column: Columns) -> list[_Rule]:

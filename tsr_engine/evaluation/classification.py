@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tsr_engine.io.gtsrb import CropItem, read_picture
 from tsr_engine.protocols import CropClassifier
 from tsr_engine.recognition.crops import cut
-from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT, SIGN_CLASSES
+from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import Picture
 
 
@@ -61,8 +61,6 @@ class Confusion:
     true: int
     predicted: int
     count: int
-    share: float
-    """Share of the true class's pictures."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,28 +90,8 @@ class ClassificationReport:
         """The most frequent confusions, most frequent first."""
         off = self.matrix - np.diag(np.diag(self.matrix))
         order = np.argsort(-off, axis=None, kind="stable")[:most]
-        totals = self.matrix.sum(1)
-        pairs = [(int(i) // CLASS_COUNT, int(i) % CLASS_COUNT) for i in order]
-        return [Confusion(t, p, int(off[t, p]), float(off[t, p] / totals[t])) for t, p in pairs if off[t, p]]
-
-    def as_dict(self) -> dict[str, object]:
-        """The figures as values for JSON."""
-        return {
-            "pictures": self.pictures,
-            "accuracy": self.accuracy,
-            "per_class": {str(c): recall for c, recall in self.per_class.items()},
-            "confusions": [
-                {
-                    "true": c.true,
-                    "true_name": SIGN_CLASSES[c.true].name,
-                    "predicted": c.predicted,
-                    "predicted_name": SIGN_CLASSES[c.predicted].name,
-                    "count": c.count,
-                    "share": c.share,
-                }
-                for c in self.confusions()
-            ],
-        }
+        pairs = [divmod(int(i), CLASS_COUNT) for i in order]
+        return [Confusion(t, p, int(off[t, p])) for t, p in pairs if off[t, p]]
 
 
 def evaluate_classification(true: Sequence[int], predicted: Sequence[int]) -> ClassificationReport:

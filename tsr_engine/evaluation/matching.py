@@ -20,8 +20,6 @@ from tsr_engine.geometry.boxes import area, intersection_each, iou_each, non_ove
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import BoolArray, IntArray, TrackTable
 
-__all__ = ["Matching", "Pairs", "box_pairs", "match"]
-
 _CONTINUITY_BONUS: Final = 10.0
 """Bonus of a kept pair; it outweighs any number of new pairs."""
 _MIN_OVERLAP: Final = 1e-12
@@ -69,7 +67,7 @@ class Matching:
 
 
 def box_pairs(first: TrackTable, second: TrackTable, min_iou: float) -> Pairs:
-    """All pairs of rows of the same frame with an IoU of at least ``least``; both tables must be sorted by frame.
+    """All pairs of rows of the same frame with an IoU of at least ``min_iou``; both tables must be sorted by frame.
 
     The number of pairs of a frame is the product of its numbers of boxes, so they are computed in pieces.
     """
@@ -104,7 +102,7 @@ def _pairs_of(
 
 
 def match(reference: TrackTable, candidate: TrackTable, min_iou: float = 0.5) -> Matching:
-    """Match two tables, which must be sorted by frame; ``least`` is the least IoU of a match."""
+    """Match two tables, which must be sorted by frame; ``min_iou`` is the least IoU of a match."""
     pairs = box_pairs(reference, candidate, max(min_iou, _MIN_OVERLAP))
     is_counted = ~reference.ignore[pairs.a]
     r, c = _assign(reference, candidate, Pairs(pairs.a[is_counted], pairs.b[is_counted], pairs.iou[is_counted]))

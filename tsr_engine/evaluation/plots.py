@@ -15,8 +15,6 @@ from tsr_engine.evaluation.fusion import FusionReport
 from tsr_engine.evaluation.tracking import BINS, TrackingSummary
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT, SIGN_CLASSES
 
-__all__ = ["plot_confusion", "plot_curves", "plot_errors", "plot_fusion"]
-
 
 def plot_curves(curves: Mapping[str, DetectionScore], path: Path) -> None:
     """Write named precision-recall curves as PNG.

@@ -15,8 +15,6 @@ from tsr_engine.evidence.reader import ResultRow
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import TrackTable
 
-__all__ = ["every_nth_frame", "read_clip_truth", "read_mot_truth", "read_results", "result_table", "truth_table"]
-
 
 def truth_table(columns: FloatArray) -> TrackTable:
     """Ground truth from an array (n, 9) with the columns of ``box_tables.TRUTH_COLUMNS``."""

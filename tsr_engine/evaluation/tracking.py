@@ -27,7 +27,7 @@ class SignReport:
     frames: int
     """Number of counted frames in which the sign is at least ``min_width`` px wide."""
     covered: int
-    """Number of these frames in which a track matches with IoU >= ``match_iou``."""
+    """Number of these frames in which a track matches with IoU >= 0.5."""
     ids: tuple[int, ...]
     """Ids of the tracks that matched the sign, in order of appearance."""
     switches: int
@@ -76,7 +76,7 @@ class TrackingSummary:
     """Number of tracks on no sign, the false detections of Table I."""
     false_positives_per_frame: float | None
     coverage: float | None
-    """Share of the annotated frames of signs of at least ``min_width`` px that have a match of IoU >= ``match_iou``."""
+    """Share of the annotated frames of signs of at least ``min_width`` px that have a match of IoU >= 0.5."""
     ids_per_sign: float | None
     """Mean number of ids over the detected signs."""
     switches: int
@@ -109,7 +109,6 @@ def evaluate_video(
     results: TrackTable,
     frames: int,
     min_width: float = 20.0,
-    match_iou: float = 0.5,
     size: tuple[int, int] | None = None,
 ) -> VideoReport:
     """Compare one video's rows with its ground truth, matched by :mod:`~.matching`.
@@ -120,13 +119,12 @@ def evaluate_video(
         results: tracked rows.
         frames: number of frames of the video.
         min_width: least width of signs for coverage, Eq. 7 and detection rate, px.
-        match_iou: least IoU of a match.
         size: width and height of the picture, px, to which all boxes are clipped; unset: no clipping.
     """
     if size is not None:
         truth, results = truth.cut(*size), results.cut(*size)
     truth, results = (table.rows(np.argsort(table.frame, kind="stable")) for table in (truth, results))
-    matching = match(truth, results, match_iou)
+    matching = match(truth, results)
     is_counted = ~truth.ignore & (truth.boxes[:, 2] - truth.boxes[:, 0] >= min_width)
     is_wide = is_counted[matching.reference]
     ids = np.unique(results.track)
@@ -202,13 +200,9 @@ def _errors_by_frame_and_sign(report: VideoReport) -> dict[tuple[int, int], floa
 
 
 def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
-    """Mean Eq. 7 of two trackers over the pairs of sign and frame that both cover.
+    """Mean Eq. 7 of two trackers on the same videos, over the pairs of sign and frame that both cover.
 
     A tracker can improve the mean over all of its results by leaving out hard signs, but not this mean.
-
-    Args:
-        ours: reports of one tracker.
-        theirs: reports of the other tracker, on the same videos in the same order.
 
     Returns:
         ``n``: number of common pairs; ``ours`` and ``theirs``: the means, None without common pairs.
@@ -224,13 +218,9 @@ def shared_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) ->
 
 
 def changed_errors(ours: Iterable[VideoReport], theirs: Iterable[VideoReport]) -> JsonObject:
-    """Mean Eq. 7 of two configurations over only the pairs of sign and frame in which they differ.
+    """Mean Eq. 7 of two configurations on the same videos, over the pairs of sign and frame in which they differ.
 
     A part of the engine that acts in few frames hardly changes a mean over all frames; this mean shows its effect.
-
-    Args:
-        ours: reports of one configuration.
-        theirs: reports of the other configuration, on the same videos in the same order.
 
     Returns:
         ``n``: number of pairs that both cover with different Eq. 7; ``ours`` and ``theirs``: the means over them, None

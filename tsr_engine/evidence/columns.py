@@ -56,12 +56,7 @@ class Columns:
         return self._columns[name]
 
     def ints(self, name: str, missing: int = -1) -> IntArray:
-        """A column of integers, shape (n,).
-
-        Args:
-            name: of the column.
-            missing: value for NULL.
-        """
+        """A column of integers, shape (n,); NULL becomes ``missing``."""
         column = self._columns[name]
         return np.array([missing if v is None else v for v in column] if None in column else column, dtype=np.int64)
 
@@ -78,11 +73,7 @@ class Columns:
         return ["" if value is None else str(value) for value in self._columns[name]]
 
     def boxes(self, prefix: str = "") -> FloatArray:
-        """Boxes, shape (n, 4), px; NULL becomes NaN.
-
-        Args:
-            prefix: prefix of the edges' names: ``search_``, ``predictions.``.
-        """
+        """Boxes, shape (n, 4), px; NULL becomes NaN. Their edges may have a prefix: ``search_``, ``predictions.``."""
         return np.stack([self.floats(f"{prefix}{edge}") for edge in BOX], axis=1).reshape(-1, 4)
 
     def sources(self, name: str = "source") -> IntArray:
@@ -207,11 +198,7 @@ def read_runners_up(reader: EvidenceReader) -> tuple[IntArray, FloatArray]:
 
 
 def sample_detections(reader: EvidenceReader, max_detections: int) -> tuple[Columns, int]:
-    """Detections with the track of each, evenly spread over the run.
-
-    Args:
-        reader: of the run.
-        max_detections: largest number of detections.
+    """At most ``max_detections`` detections with the track of each, evenly spread over the run.
 
     Returns:
         ``x`` and ``y`` of the centre, px, ``prior`` and ``track_id`` (NULL: no track); the number of all detections.

@@ -71,7 +71,7 @@ def frame_of(rows: StoredFrame) -> FrameEvidence:
             regions=tuple(region_of(r) for r in rows.tables["regions"]),
             timings={row[2]: _float(row[3]) for row in rows.tables["timings"]},
         )
-    except (ValueError, TypeError, IndexError) as error:
+    except (ValueError, TypeError, IndexError, RecursionError) as error:
         raise EvidenceError(f"The evidence of frame {ordinal} is damaged: {error}.") from None
 
 

@@ -11,8 +11,6 @@ from dataclasses import replace
 
 from tsr_engine.evidence.schema import TABLES, Table
 
-__all__ = ["is_earlier", "read_missing_as_null"]
-
 
 def read_missing_as_null(store: sqlite3.Connection) -> None:
     """Let the queries of a connection read missing columns as NULL.
@@ -24,20 +22,18 @@ def read_missing_as_null(store: sqlite3.Connection) -> None:
     """
     statements = dict(store.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
     for table in TABLES:
-        width = _column_count(table, statements.get(table.name, ""))
+        width = earlier_column_count(table, statements.get(table.name, ""))
         if width is not None:
             added = ", ".join(f"NULL AS {name}" for name, _, _ in table.columns[width:])
             view = f"CREATE TEMP VIEW {table.name} AS SELECT *, {added} FROM main.{table.name}"  # noqa: S608
             store.execute(view)
 
 
-def is_earlier(table: Table, statement: str) -> bool:
-    """Whether a statement makes the table of an earlier version: with its key, without some of the last columns."""
-    return _column_count(table, statement) is not None
+def earlier_column_count(table: Table, statement: str) -> int | None:
+    """Number of columns if a statement makes the table of an earlier version; None: it is this version's, or not ours.
 
-
-def _column_count(table: Table, statement: str) -> int | None:
-    """Number of columns in the statement of an earlier version; None: it is this version's, or not ours."""
+    Such a table has its key, and lacks some of the last columns.
+    """
     if statement == table.statements()[0]:
         return None
     with_key = max(at for at, (name, _, _) in enumerate(table.columns) if name in table.key) + 1

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal, cast
+from typing import Literal, get_args
 
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.schema import RUN_FILE, SCHEMA_VERSION
@@ -97,12 +97,13 @@ class RunHeader:
                     found.append(f"{title}{name}: {str(a)[:12]} against {str(b)[:12]}")
         if self.labels != other.labels:
             found.append("labels: the classes of the two are not the same signs")
-        if self.engine_version != other.engine_version:
-            found.append(f"engine version: {self.engine_version} against {other.engine_version}")
-        if self.schema_version != other.schema_version:
-            found.append(f"schema version: {self.schema_version} against {other.schema_version}")
-        if self.keep_pixels != other.keep_pixels:
-            found.append(f"pixels kept: {self.keep_pixels} against {other.keep_pixels}")
+        for title, a, b in (
+            ("engine version", self.engine_version, other.engine_version),
+            ("schema version", self.schema_version, other.schema_version),
+            ("pixels kept", self.keep_pixels, other.keep_pixels),
+        ):
+            if a != b:
+                found.append(f"{title}: {a} against {b}")
         return found
 
 
@@ -143,7 +144,7 @@ def read_header(folder: Path) -> RunHeader:
         raise EvidenceError(
             f"{folder} is no evidence folder: {RUN_FILE} is missing. Name the folder of a run."
         ) from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise EvidenceError(f"{path} is damaged ({error}). Restore it or track the video again.") from None
     version = content.get("schema_version") if isinstance(content, dict) else None
     if type(version) is int and version != SCHEMA_VERSION:
@@ -162,9 +163,8 @@ def read_header(folder: Path) -> RunHeader:
 
 
 def _header_of(content: JsonObject) -> RunHeader:
-    video = content["video"]
-    state = content["state"]
-    if state not in ("running", "complete", "interrupted", "failed"):
+    video, state = content["video"], content["state"]
+    if state not in get_args(RunState):
         raise ValueError(state)
     return RunHeader(
         video=VideoIdentity(str(video["name"]), str(video["sha256"]), int(video["size"])),
@@ -174,7 +174,7 @@ def _header_of(content: JsonObject) -> RunHeader:
         engine_version=str(content["engine_version"]),
         schema_version=int(content["schema_version"]),
         created=str(content["created"]),
-        state=cast(RunState, state),
+        state=state,
         reason=str(content["reason"]),
         keep_pixels=bool(content["keep_pixels"]),
         labels=_labels_of(content.get("labels")),

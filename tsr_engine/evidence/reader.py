@@ -19,10 +19,11 @@ from tsr_engine.evidence.decode import EventRow, StoredFrame, event_of, frame_of
 from tsr_engine.evidence.earlier_versions import read_missing_as_null
 from tsr_engine.evidence.encode import Row, StoredTrack, TableEntry
 from tsr_engine.evidence.header import RunHeader, RunState, read_header
-from tsr_engine.evidence.schema import DATABASE, LOCK_FILE
+from tsr_engine.evidence.schema import BY_NAME, DATABASE, LOCK_FILE
 from tsr_engine.evidence.writer import check_identity
 from tsr_engine.io.locks import is_locked
 from tsr_engine.records import Event, FrameEvidence, Region, TrackFrame
+from tsr_engine.track_table import NO_CLASS
 
 _FRAMES_PER_BLOCK = 64
 _FRAME_TABLES = (
@@ -139,22 +140,20 @@ class EvidenceReader:
         """Yield ordinal and frame table entry of ``start <= frame < stop``."""
         for first, stop_frame in self._blocks(start, stop, 4096):
             sql = "SELECT frame, pts, key_frame, corrupt FROM frames WHERE frame >= ? AND frame < ? ORDER BY frame"
-            for frame, pts, key, corrupt in self._query(sql, (first, stop_frame)):
+            for frame, pts, key, corrupt in self.query(sql, (first, stop_frame)):
                 yield frame, TableEntry(pts, bool(key), bool(corrupt))
 
     def track(self, track_id: int) -> Iterator[tuple[int, TrackFrame]]:
         """Yield ordinal and all evidence of one track, frame by frame."""
         tables = ("track_frames", "predictions", "gates", "relocalisations", "samples", "recognitions")
-        span = self._query("SELECT min(frame), max(frame) FROM track_frames WHERE track_id = ?", (track_id,))[0]
+        span = self.query("SELECT min(frame), max(frame) FROM track_frames WHERE track_id = ?", (track_id,))[0]
         if span[0] is None:
             return
         for first, stop_frame in self._blocks(span[0], span[1] + 1):
-            groups: dict[str, dict[int, list[Row]]] = {}
             with self._snapshot():
-                for name in tables:
-                    groups[name] = {}
-                    for row in self._rows(name, first, stop_frame, "AND track_id = ?", (track_id,)):
-                        groups[name].setdefault(row[0], []).append(row)
+                groups = {
+                    name: self._grouped(name, first, stop_frame, "AND track_id = ?", (track_id,)) for name in tables
+                }
             for frame, (row, *_) in groups["track_frames"].items():
                 yield frame, track_of(row, {name: groups[name].get(frame, []) for name in tables[1:]})
 
@@ -162,7 +161,7 @@ class EvidenceReader:
         """Yield summaries by track number; given ``start`` and ``stop``, of tracks in ``start <= frame < stop``."""
         low, high = -1 if start is None else start, 2**62 if stop is None else stop
         sql = "SELECT * FROM tracks WHERE first_frame < ? AND last_frame >= ? ORDER BY track_id"
-        for row in self._query(sql, (high, low)):
+        for row in self.query(sql, (high, low)):
             yield StoredTrack(*row)
 
     def events(
@@ -186,20 +185,12 @@ class EvidenceReader:
             "WHERE frame >= ? AND frame < ? AND state <> 'dead' ORDER BY frame, track_id"
         )
         for first, stop_frame in self._blocks(0, None, 1024):
-            for frame, identity, x1, y1, x2, y2, score, source in self._query(sql, (first, stop_frame)):
+            for frame, identity, x1, y1, x2, y2, score, source in self.query(sql, (first, stop_frame)):
                 if identity in classes:
-                    label = classes[identity]
-                    yield ResultRow(
-                        frame,
-                        identity,
-                        round(x1, 2),
-                        round(y1, 2),
-                        round(x2, 2),
-                        round(y2, 2),
-                        -1 if label is None else label,
-                        math.nan if score is None else round(score, 4),
-                        source,
-                    )
+                    edges = round(x1, 2), round(y1, 2), round(x2, 2), round(y2, 2)
+                    label = NO_CLASS if (known := classes[identity]) is None else known
+                    score = math.nan if score is None else round(score, 4)
+                    yield ResultRow(frame, identity, *edges, label, score, source)
 
     def last_empty_frame(self, before: int | None = None) -> int | None:
         """The last committed ordinal without a live track, below ``before`` if given; None: there is none.
@@ -215,7 +206,8 @@ class EvidenceReader:
         Raises:
             EvidenceError: the store is damaged, or the SQL is wrong.
         """
-        return self._query(sql, tuple(values))
+        with self._reading():
+            return self._connection.execute(sql, tuple(values)).fetchall()
 
     def regions(self, frame: int) -> tuple[Region, ...]:
         """The stored pixels of one frame; may be empty."""
@@ -230,22 +222,21 @@ class EvidenceReader:
             yield low, min(low + size, stop_frame)
 
     def _rows(self, table: str, first: int, stop_frame: int, condition: str = "", values: Row = ()) -> list[Row]:
-        sql = f"SELECT * FROM {table} WHERE frame >= ? AND frame < ? {condition} ORDER BY {_ORDER[table]}"  # noqa: S608
-        return self._query(sql, (first, stop_frame, *values))
+        order = "frame, row" if table == "track_frames" else ", ".join(BY_NAME[table].key)
+        sql = f"SELECT * FROM {table} WHERE frame >= ? AND frame < ? {condition} ORDER BY {order}"  # noqa: S608
+        return self.query(sql, (first, stop_frame, *values))
 
-    def _grouped(self, table: str, first: int, stop_frame: int) -> dict[int, list[Row]]:
+    def _grouped(
+        self, table: str, first: int, stop_frame: int, condition: str = "", values: Row = ()
+    ) -> dict[int, list[Row]]:
         groups: dict[int, list[Row]] = {}
-        for row in self._rows(table, first, stop_frame):
+        for row in self._rows(table, first, stop_frame, condition, values):
             groups.setdefault(row[0], []).append(row)
         return groups
 
     def _value(self, sql: str, values: Row = ()) -> int | None:
-        value: int | None = self._query(sql, values)[0][0]
+        value: int | None = self.query(sql, values)[0][0]
         return value
-
-    def _query(self, sql: str, values: Row) -> list[Row]:
-        with self._reading():
-            return self._connection.execute(sql, values).fetchall()
 
     @contextmanager
     def _snapshot(self) -> Iterator[None]:
@@ -266,21 +257,6 @@ class EvidenceReader:
             raise EvidenceError(
                 f"Cannot read {self.folder / DATABASE}: {error}. Track the video again if this stays."
             ) from None
-
-
-_ORDER = {
-    "frames": "frame",
-    "detections": "frame, row",
-    "track_frames": "frame, row",
-    "predictions": "frame, track_id",
-    "gates": "frame, track_id",
-    "relocalisations": "frame, track_id",
-    "samples": "frame, track_id, row",
-    "recognitions": "frame, track_id",
-    "events": "frame, row",
-    "regions": "frame, row",
-    "timings": "frame, row",
-}
 
 
 def _open(path: Path) -> sqlite3.Connection:

@@ -14,8 +14,6 @@ from tsr_engine.errors import EvidenceError, StorageError
 from tsr_engine.evidence.schema import DATABASE, LOCK_FILE
 from tsr_engine.io.storage_problems import database_problem, storage_problem
 
-__all__ = ["connect", "lock_run", "storage_errors"]
-
 _DAMAGE_CODES: Final = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB}
 
 

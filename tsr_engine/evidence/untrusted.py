@@ -13,10 +13,8 @@ from pathlib import Path
 from typing import Final
 
 from tsr_engine.errors import EvidenceError
-from tsr_engine.evidence.earlier_versions import is_earlier
+from tsr_engine.evidence.earlier_versions import earlier_column_count
 from tsr_engine.evidence.schema import BY_NAME, TABLES, create_tables
-
-__all__ = ["check_untrusted"]
 
 _MAX_STEPS: Final = 20_000_000
 """Most steps of SQLite's virtual machine for this check; a run of 3,000 frames takes a hundredth."""
@@ -87,4 +85,4 @@ def _check_schema(path: Path, store: sqlite3.Connection) -> None:
 def _is_earlier(row: tuple[str, str, str, str | None]) -> bool:
     """Whether a row of the schema is one of our tables without the columns that were added since."""
     kind, name, _, statement = row
-    return kind == "table" and name in BY_NAME and is_earlier(BY_NAME[name], statement or "")
+    return kind == "table" and name in BY_NAME and earlier_column_count(BY_NAME[name], statement or "") is not None

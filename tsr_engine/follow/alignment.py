@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.records import FloatArray
 
-__all__ = ["align"]
-
 _MAX_ITERATIONS = 12
 _MIN_STEP_PX = 0.005
 """px of the template: a smaller step ends the iteration."""
@@ -162,7 +160,7 @@ def _residual_lengths(
     offset: FloatArray,
     lengths: NDArray[np.float32],
 ) -> float:
-    """Write the length of each pixel's residual into ``size``; returns the spread at which a residual counts half."""
+    """Write the lengths of residuals into ``lengths``; returns the spread at which a residual counts half."""
     height, width = weights.shape
     used = np.empty(height * width)
     count = 0

@@ -17,8 +17,6 @@ from tsr_engine.follow.template import Template
 from tsr_engine.geometry.boxes import MIN_SIDE, clip
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["PlacedAnchor", "extend_beyond_edge", "extend_to_square", "place_anchors", "templates_of"]
-
 _EDGE_DISTANCE_PX: Final = 1.0
 """Distance from the picture's edge, px, within which the edge cuts a box off."""
 _MIN_ASPECT_RATIO: Final = 0.5

@@ -11,8 +11,6 @@ import numpy as np
 from tsr_engine.records import Picture
 from tsr_engine.tracking.camera_shift import CameraShift
 
-__all__ = ["CameraMotion", "CameraMotionEstimator"]
-
 _FLOW_WIDTH: Final = 240
 """Approximate width of the pictures for the optical flow, px."""
 _REDUCED_SIZE: Final = (48, 27)

@@ -10,8 +10,6 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = ["MIN_KEPT_CONFIDENCE", "MIN_LEARNED_CONFIDENCE", "WEIGHTS", "Evidence"]
-
 MIN_KEPT_CONFIDENCE: Final = 0.55
 """Confidence below which a sign counts as hidden."""
 MIN_LEARNED_CONFIDENCE: Final = 0.85

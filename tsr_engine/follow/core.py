@@ -22,8 +22,6 @@ from tsr_engine.follow.records import Anchor, Direction, Event, FollowerModels, 
 from tsr_engine.follow.sign_follower import SignFollower, Step
 from tsr_engine.geometry.boxes import clip
 
-__all__ = ["follow"]
-
 
 def follow(
     pictures: Pictures,

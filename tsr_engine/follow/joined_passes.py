@@ -12,8 +12,6 @@ from tsr_engine.follow.sign_follower import Step
 from tsr_engine.geometry.boxes import iou_each, to_cxcywh, to_xyxy
 from tsr_engine.records import FloatArray
 
-__all__ = ["interpolate", "join_passes"]
-
 _MIN_AGREEMENT_IOU = 0.3
 """IoU below which two boxes show different objects, so that the more certain one counts and not their mean."""
 

@@ -19,8 +19,6 @@ from tsr_engine.geometry.boxes import iou_each, to_cxcywh, to_xyxy
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["KnownShape", "ShapeMeasurement", "WindowScorer", "match_known_shape"]
-
 WindowScorer = Callable[[PixelSource, FloatArray], ScoredBox | None]
 
 _MIN_ANCHOR_SCORE: Final = 0.0
@@ -89,8 +87,7 @@ class KnownShape:
             and abs(math.log(size_of(person_box) / size_of(box))) < _MAX_DEVIATION
         )
         error = math.hypot(
-            _SIZE_ERROR * (1.0 + _ERROR_GROWTH * max(0.0, _CLEAR_SCORE - scored.score)),
-            _DRAWN_ERROR_PX / self.size,
+            _SIZE_ERROR * (1.0 + _ERROR_GROWTH * max(0.0, _CLEAR_SCORE - scored.score)), _DRAWN_ERROR_PX / self.size
         )
         return ShapeMeasurement(scored.score, person_box if is_near and scored.score > _MIN_SCORE else None, error)
 

@@ -14,8 +14,6 @@ from tsr_engine.follow.sign_follower import SignFollower, visible_share
 from tsr_engine.geometry.boxes import MIN_SIDE, clip
 from tsr_engine.records import FloatArray
 
-__all__ = ["MAX_HIDDEN_FRAMES", "MIN_VISIBLE_SHARE", "OutwardPass"]
-
 MAX_HIDDEN_FRAMES: Final = 15
 """Number of frames in which the sign is not seen after which it is gone."""
 MIN_VISIBLE_SHARE: Final = 0.45

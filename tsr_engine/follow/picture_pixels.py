@@ -5,8 +5,6 @@ from __future__ import annotations
 from tsr_engine.recognition.crops import cut
 from tsr_engine.records import Picture
 
-__all__ = ["PicturePixels"]
-
 
 class PicturePixels:
     """Crops of one picture; implements :class:`tsr_engine.protocols.PixelSource`."""

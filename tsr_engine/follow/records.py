@@ -10,20 +10,6 @@ from tsr_engine.online.online_detector import OnlineDetectorMaker
 from tsr_engine.protocols import PixelSource, ScoredBox
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = [
-    "MIN_WIDTH_PX",
-    "Anchor",
-    "Direction",
-    "Ending",
-    "Event",
-    "FollowerModels",
-    "Pictures",
-    "Proposal",
-    "Reason",
-    "Source",
-    "VideoFrame",
-]
-
 MIN_WIDTH_PX: Final = 10.0
 """px: following ends when the sign's box is narrower than this."""
 

@@ -17,8 +17,6 @@ from tsr_engine.geometry.boxes import to_xyxy
 from tsr_engine.online.relocalisation import parabola_peak
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["Match", "search"]
-
 _COARSE_SIZE_PX: Final = 16.0
 """Largest size of the box in the search by correlation, px."""
 _COARSE_SIZE_WIDE_PX: Final = 11.3

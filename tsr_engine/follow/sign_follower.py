@@ -24,8 +24,6 @@ from tsr_engine.online.features import describe
 from tsr_engine.online.online_detector import OnlineDetector, is_describable
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["SignFollower", "Step", "visible_share"]
-
 _MAX_TEMPLATES: Final = 14
 """Largest number of templates."""
 _TEMPLATES_PER_FRAME: Final = 3

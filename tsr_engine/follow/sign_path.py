@@ -13,8 +13,6 @@ from tsr_engine.records import FloatArray
 from tsr_engine.tracking.measurement_noise import MeasurementNoise
 from tsr_engine.tracking.motion_looming import ASPECT, CX, CY, LoomingMotion, LoomingNoise, Q
 
-__all__ = ["SignPath"]
-
 _INITIAL_GROWTH: Final = 0.015
 """Initial growth per frame, as in tracking; negative backwards."""
 _GROWTH_SPREAD: Final = 0.08

@@ -13,8 +13,6 @@ from tsr_engine.detection.patch import cut_patch
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.records import FloatArray, Picture
 
-__all__ = ["LEVELS", "Template", "View", "level_below", "size_of", "view"]
-
 LEVELS: Final = (8.0, 9.5, 11.3, 13.5, 16.0, 19.0, 22.6, 27.0, 32.0)
 """Sizes (root of a box's area) at which pictures are compared, px."""
 _BORDER_SHARE: Final = 0.08

@@ -75,9 +75,9 @@ def hash_bits(picture: NDArray[np.float32]) -> NDArray[np.bool_]:
     return np.asarray(low > np.median(low))
 
 
-def perceptual_hash(crop: Picture) -> int:
-    """The hash of a crop as a 64-bit number, first bit highest."""
-    return int.from_bytes(np.packbits(hash_bits(hash_picture(crop))).tobytes(), "big")
+def perceptual_hash(picture: NDArray[np.float32]) -> int:
+    """The hash of a grey picture (32, 32) as a 64-bit number, first bit highest."""
+    return int.from_bytes(np.packbits(hash_bits(picture)).tobytes(), "big")
 
 
 def hamming(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> int:

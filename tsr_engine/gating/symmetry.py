@@ -28,8 +28,10 @@ direction of the 8 orientation bins. So a second SIFT pass is not needed.
 """
 MIRROR.setflags(write=False)
 
-_EDGE, _SIGMA = 10.0, 1.6
+_LAYERS, _EDGE, _SIGMA = 3, 10.0, 1.6
 """OpenCV's defaults; its signature requires them before the type of the descriptors."""
+_MAX_FEATURES = 80
+"""Largest number of features, strongest first."""
 _ANGLES, _OFFSETS = 36, 32
 """Cells of the Hough space: 5 degrees by 1/32 of the side."""
 _ANGLE_SIGMA = math.radians(6.0)
@@ -68,15 +70,13 @@ class SymmetryDetector:
         size: side that crops are resized to, px; SIFT doubles it once more. Small crops have too few features at
             their original size.
         contrast: SIFT's contrast threshold; a lower one gives more and weaker features.
-        layers: SIFT's layers per octave.
-        features: largest number of features, strongest first.
     """
 
-    def __init__(self, size: int = 48, contrast: float = 0.003, layers: int = 3, features: int = 80) -> None:
+    def __init__(self, size: int = 48, contrast: float = 0.003) -> None:
         self.size = size
         self.sift = cv2.SIFT.create(
-            nfeatures=features,
-            nOctaveLayers=layers,
+            nfeatures=_MAX_FEATURES,
+            nOctaveLayers=_LAYERS,
             contrastThreshold=contrast,
             edgeThreshold=_EDGE,
             sigma=_SIGMA,

@@ -6,8 +6,6 @@ import numpy as np
 
 from tsr_engine.records import FloatArray
 
-__all__ = ["mean_side", "move", "size_of", "steps_between"]
-
 
 def size_of(boxes: FloatArray) -> FloatArray:
     """Width and height of boxes (n, 4), px, shape (n, 2)."""

@@ -21,12 +21,7 @@ def to_cxcywh(boxes: ArrayLike) -> FloatArray:
     """Corners to centre and size; any shape (..., 4)."""
     b = np.asarray(boxes, dtype=np.float64)
     return np.stack(
-        [
-            (b[..., 0] + b[..., 2]) / 2,
-            (b[..., 1] + b[..., 3]) / 2,
-            b[..., 2] - b[..., 0],
-            b[..., 3] - b[..., 1],
-        ],
+        [(b[..., 0] + b[..., 2]) / 2, (b[..., 1] + b[..., 3]) / 2, b[..., 2] - b[..., 0], b[..., 3] - b[..., 1]],
         axis=-1,
     )
 

@@ -156,7 +156,7 @@ def read_manifest(folder: Path) -> JsonObject:
             f"There are no models in {folder}: {MANIFEST} is missing. Name a folder that `tsr train` made, or leave "
             "--models out for the shipped ones."
         ) from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise ModelError(f"Cannot read {path}: {error}. Restore the file or train the models again.") from None
     if not isinstance(manifest, dict) or manifest.get("format") != FORMAT:
         got = manifest.get("format") if isinstance(manifest, dict) else type(manifest).__name__

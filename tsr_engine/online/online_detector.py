@@ -16,8 +16,6 @@ from tsr_engine.params.online import OnlineParams
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import FloatArray, Relocalisation, Sample
 
-__all__ = ["OnlineDetector", "OnlineDetectorMaker", "is_describable"]
-
 Origin = Literal["offline", "prediction", "result", "background"]
 
 

@@ -24,8 +24,6 @@ from tsr_engine.params.online import OnlineParams
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import FloatArray, Relocalisation
 
-__all__ = ["parabola_peak", "relocalise", "search_extent"]
-
 _NEIGHBOUR_WINDOWS = 3
 """Number of windows on each side of the peak to score at the other sizes."""
 _MIN_RUNNER_UP_DISTANCE = 0.5
@@ -139,7 +137,7 @@ def _refine_peak(score: NDArray[np.float32], row: int, column: int) -> tuple[flo
 
 
 def parabola_peak(values: NDArray[np.float32], index: int) -> float:
-    """Peak of the parabola through ``values[at]`` and its neighbours, relative to ``at``, in [-0.5, 0.5]."""
+    """Peak of the parabola through ``values[index]`` and its neighbours, relative to ``index``, in [-0.5, 0.5]."""
     if not 0 < index < len(values) - 1:
         return 0.0
     before, centre, after = (float(v) for v in values[index - 1 : index + 2])

@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from tsr_engine.records import FloatArray
 
-__all__ = ["MAX_C", "as_indices", "as_labels", "as_samples", "check_parameters", "check_scale"]
-
 MAX_C: Final = 1e12
 """Largest ``C``, and largest ``C K(x, x)``. Above it, coefficients are so small relative to C that they round to 0."""
 

@@ -13,17 +13,6 @@ from types import MappingProxyType
 from tsr_engine.errors import UsageError
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 
-__all__ = [
-    "ALIASES",
-    "SWITCHES",
-    "current_name",
-    "current_sections",
-    "current_setting",
-    "current_settings",
-    "rename_warnings",
-    "stored_sections",
-]
-
 ALIASES: Mapping[str, str] = MappingProxyType(
     {
         "detector.look_limit": "detector.refine_limit",

@@ -26,8 +26,7 @@ class GateParams(Section):
     )
     position_unit: Literal["px", "side"] = Field("side", description="p_pos in px, or in sides of the candidate")
     position_camera: bool = Field(
-        True,
-        description="subtract the measured global shift of the picture since the previous frame from p_pos",
+        True, description="subtract the measured global shift of the picture since the previous frame from p_pos"
     )
     position_offset: float = Field(
         0.0,

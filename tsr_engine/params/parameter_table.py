@@ -9,8 +9,6 @@ from pydantic.fields import FieldInfo
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params import Params
 
-__all__ = ["parameter_rows"]
-
 
 def parameter_rows(preset: str = "default") -> list[JsonObject]:
     """One row for each parameter: ``section``, ``name``, ``default``, ``value``, ``range``, ``description``.

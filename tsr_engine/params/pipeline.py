@@ -56,8 +56,7 @@ class PipelineParams(Section):
         1.0, gt=0, le=100, description="noise of a rescored box, relative to a detection of that score"
     )
     inflate_rejected_noise: bool = Field(
-        True,
-        description="increase the noise of a window that rescoring rejects, as for a detection of that score",
+        True, description="increase the noise of a window that rescoring rejects, as for a detection of that score"
     )
     search_sigmas: float | None = Field(
         3.0,

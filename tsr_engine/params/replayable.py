@@ -7,8 +7,6 @@ from types import MappingProxyType
 
 from tsr_engine.params import Params
 
-__all__ = ["FIXED", "VALUES_IN_OLD_RUNS", "changed_parameters", "is_replayable"]
-
 FIXED = (
     "detector.",
     "tracking.use_camera_shift",

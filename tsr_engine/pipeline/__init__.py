@@ -9,8 +9,9 @@ from tsr_engine.pipeline.components import (
     load_other_shapes,
 )
 from tsr_engine.pipeline.core import TrackingCore
+from tsr_engine.pipeline.detection_process import Detected
 from tsr_engine.pipeline.frame_input import FrameInput
-from tsr_engine.pipeline.parallel_detection import Detected, detect_in_parallel
+from tsr_engine.pipeline.parallel_detection import detect_in_parallel
 from tsr_engine.pipeline.replay_regions import replay_regions
 from tsr_engine.pipeline.results import ResultStream, TrackSummary
 from tsr_engine.pipeline.sign_readers import READER_COMPONENTS, load_reader, make_reader

@@ -26,16 +26,6 @@ from tsr_engine.pipeline.sign_readers import READER_COMPONENTS, make_reader, rea
 from tsr_engine.pipeline.track_context import Models
 from tsr_engine.protocols import OfflineDetector
 
-__all__ = [
-    "Components",
-    "Network",
-    "load_components",
-    "load_detector",
-    "load_network",
-    "load_online",
-    "load_other_shapes",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Components:
@@ -82,12 +72,11 @@ def load_components(params: Params, folder: Path | None = None, network: Network
     Raises:
         ModelError: a component is missing, damaged, or of another version, or the network is none.
     """
-    present = read_manifest(SHIPPED if folder is None else folder)["components"]
     # The detector and what reads are indispensable: asking for them raises the error that explains.
     readers = reader_components(folder, params.pipeline.reader)
     needed = readers if network is not None else ("detector", *readers)
-    optional = tuple(name for name in ("prior", "online") if name in present)
-    loaded = {name: load_component(name, folder) for name in (*needed, *optional)}
+    loaded = {name: load_component(name, folder) for name in needed}
+    loaded |= {name: part for name in ("prior", "online") if (part := _optional(name, folder)) is not None}
     models = {name: component.sha256 for name, component in loaded.items()}
     detector: AcfDetector | OnnxDetector
     if network is None:
@@ -160,8 +149,7 @@ def load_detector(params: Params, folder: Path | None = None) -> AcfDetector:
     Raises:
         ModelError: missing, damaged, or of another version.
     """
-    present = read_manifest(SHIPPED if folder is None else folder)["components"]
-    prior = load_component("prior", folder) if "prior" in present else None
+    prior = _optional("prior", folder)
     return _detector(load_component("detector", folder), prior, params)
 
 
@@ -187,8 +175,13 @@ def load_online(params: Params, folder: Path | None = None) -> OnlineDetectorMak
     Raises:
         ModelError: damaged, or of another version.
     """
+    return _online(params, _optional("online", folder))
+
+
+def _optional(name: str, folder: Path | None) -> Component | None:
+    """A component of a model folder; None: the folder has none of this name."""
     present = read_manifest(SHIPPED if folder is None else folder)["components"]
-    return _online(params, load_component("online", folder) if "online" in present else None)
+    return load_component(name, folder) if name in present else None
 
 
 def _detector(component: Component, prior: Component | None, params: Params) -> AcfDetector:
@@ -200,9 +193,8 @@ def _detector(component: Component, prior: Component | None, params: Params) -> 
 
 def _online(params: Params, component: Component | None) -> OnlineDetectorMaker:
     """The maker of online detectors; without offline samples they start from the track's first frame alone."""
-    empty = np.zeros((0, FEATURES)), np.zeros(0)
     if component is None:
-        return OnlineDetectorMaker(*empty, params.online)
+        return OnlineDetectorMaker(np.zeros((0, FEATURES)), np.zeros(0), params.online)
     try:
         return OnlineDetectorMaker(component.arrays["X"], component.arrays["y"], params.online)
     except (KeyError, ValueError) as error:

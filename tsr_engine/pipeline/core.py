@@ -44,9 +44,8 @@ from tsr_engine.records import (
     Source,
     TrackFrame,
 )
-from tsr_engine.tracking.tracker import TrackedFrame, Tracker, TrackStatus
-
-__all__ = ["TrackingCore", "is_usable_box", "shows_sign"]
+from tsr_engine.tracking.track_status import TrackedFrame, TrackStatus
+from tsr_engine.tracking.tracker import Tracker
 
 _MIN_STEP, _MAX_STEP = 1e-3, 250.0
 """Limits on the time between two frames, in nominal intervals."""
@@ -77,10 +76,7 @@ class TrackingCore:
         self._clock: float | None = None
 
     def step(self, frame: FrameInput) -> FrameEvidence:
-        """Process one frame.
-
-        Args:
-            frame: the next frame in presentation order.
+        """Process the next frame in presentation order.
 
         Returns:
             The frame's evidence, with timings of the stages and without regions.

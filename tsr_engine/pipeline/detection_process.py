@@ -28,8 +28,6 @@ from numpy.typing import NDArray
 from tsr_engine.pipeline.threads import one_opencv_thread
 from tsr_engine.records import Detections, Picture
 
-__all__ = ["MAX_QUEUED_FRAMES", "Detect", "Detected", "DetectionProcess"]
-
 MAX_QUEUED_FRAMES: Final = 3
 """Largest number of frames of a process: it detects one, and the others are ready while its parent is busy."""
 
@@ -113,10 +111,7 @@ def _serve(connection: Connection, detect: Detect, pictures: NDArray[np.uint8]) 
         for number in signal.valid_signals():
             if callable(signal.getsignal(number)):
                 signal.signal(number, signal.SIG_DFL)
-        for number in (
-            signal.SIGINT,
-            signal.SIGTERM,
-        ):  # both reach the whole process group; the parent handles them
+        for number in (signal.SIGINT, signal.SIGTERM):  # both reach the whole process group; the parent handles them
             signal.signal(number, signal.SIG_IGN)
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
         _close_all_but(connection.fileno())
@@ -134,7 +129,7 @@ def _serve(connection: Connection, detect: Detect, pictures: NDArray[np.uint8]) 
 
 
 def _close_all_but(kept_fd: int) -> None:
-    """Close the parent's files except ``kept`` and stderr, so that they really close when the parent closes them."""
+    """Close the parent's files except ``kept_fd`` and stderr, so that they really close when the parent closes them."""
     null_fd = os.open(os.devnull, os.O_RDWR)
     for standard_fd in (0, 1):
         os.dup2(null_fd, standard_fd)

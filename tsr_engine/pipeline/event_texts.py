@@ -8,8 +8,6 @@ from tsr_engine.plural import plural
 from tsr_engine.protocols import ScoredBox
 from tsr_engine.records import Event, FloatArray, GateVerdict, Relocalisation
 
-__all__ = ["rejected_event", "relabelled_event", "relocalised_event", "search_event", "too_far_event"]
-
 # Usual factors of a well-tracked sign. Only the choice of the reason in the sentence depends on them.
 _USUAL_SYMMETRY = 1.5
 _USUAL_BITS = 8.0

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from tsr_engine.protocols import PixelSource
 from tsr_engine.records import Detections, FloatArray
 
-__all__ = ["FrameInput", "Revisit"]
-
 Revisit = Callable[[FloatArray], Detections]
 """Maps expected boxes, shape (n, 4), to the frame's detections, including those found at these boxes."""
 

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
 
 from tsr_engine.errors import EvidenceError
 from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
-from tsr_engine.evidence.regions import StoredPixels
 from tsr_engine.gating.gate import Gate
-from tsr_engine.gating.perceptual_hash import HashMemory, hash_bits, hash_picture
+from tsr_engine.gating.perceptual_hash import HashMemory, hash_picture, perceptual_hash
 from tsr_engine.gating.symmetry import Symmetry
 from tsr_engine.geometry.boxes import to_cxcywh
 from tsr_engine.params import Params
 from tsr_engine.pipeline.core import is_usable_box, shows_sign
 from tsr_engine.protocols import PixelSource
 from tsr_engine.recognition.crops import cut_pixels
-from tsr_engine.records import FloatArray, GateVerdict, Picture, TrackFrame
-
-__all__ = ["Inspection", "inspect_gate", "stored_pixels"]
+from tsr_engine.records import GateVerdict, Picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,16 +42,6 @@ class Inspection:
     mean_hash: int
 
 
-def stored_pixels(reader: EvidenceReader, frame: int) -> StoredPixels:
-    """The pixels of a frame in the evidence.
-
-    Raises:
-        EvidenceError: the evidence does not have the frame.
-    """
-    size, _ = _size_and_shift(reader, frame)
-    return StoredPixels(*size, reader.regions(frame))
-
-
 def inspect_gate(
     reader: EvidenceReader, params: Params, track_id: int, frame: int, pixels: Callable[[int], PixelSource]
 ) -> Inspection | None:
@@ -65,12 +49,7 @@ def inspect_gate(
 
     The memory of crops is rebuilt from the track's first frame, so that it equals that of the run.
 
-    Args:
-        reader: the run.
-        params: the run's own parameters.
-        track_id: the track.
-        frame: ordinal of the frame.
-        pixels: returns the pixels of a frame by its ordinal.
+    ``params`` are the run's own; ``pixels`` returns those of a frame by its ordinal.
 
     Returns:
         The inspection; None if the gate did not judge the track in that frame.
@@ -81,22 +60,27 @@ def inspect_gate(
     gate = Gate(params.gate)
     memory, previous = HashMemory.empty(), None
     size, shift = _size_and_shift(reader, frame)
-    for ordinal, track in _frames_until(reader, track_id, frame):
+    for ordinal, track in reader.track(track_id):
+        if ordinal > frame:
+            return None
         if ordinal == frame:
             if track.gate is None or track.prediction is None or previous is None or not memory.count:
                 return None
-            return _judge(gate, pixels(frame), track.prediction.box, previous, memory, shift)
+            crop = cut_pixels(pixels(frame), track.prediction.box, gate.margin)
+            centre, before = to_cxcywh(track.prediction.box), to_cxcywh(previous)
+            return Inspection(
+                verdict=gate.judge(crop, memory, centre[:2], before[:2], float(centre[2:].mean()), shift),
+                crop=crop,
+                border=gate.border(crop),
+                symmetry=gate.symmetry(crop),
+                memory=memory,
+                crop_hash=perceptual_hash(hash_picture(crop)),
+                mean_hash=perceptual_hash(memory.mean),
+            )
         previous = track.box
         if is_usable_box(track.box, *size) and shows_sign(track.source, track.gate):
             memory = gate.remember(memory, cut_pixels(pixels(ordinal), track.box, gate.margin))
     return None
-
-
-def _frames_until(reader: EvidenceReader, track_id: int, frame: int) -> Iterator[tuple[int, TrackFrame]]:
-    for ordinal, track in reader.track(track_id):
-        if ordinal > frame:
-            return
-        yield ordinal, track
 
 
 def _size_and_shift(reader: EvidenceReader, frame: int) -> tuple[tuple[int, int], tuple[float, float]]:
@@ -107,29 +91,3 @@ def _size_and_shift(reader: EvidenceReader, frame: int) -> tuple[tuple[int, int]
     (width,), (height,) = rows.ints("width").tolist(), rows.ints("height").tolist()
     (x,), (y,) = rows.floats("shift_x").tolist(), rows.floats("shift_y").tolist()
     return (width, height), (x, y)
-
-
-def _judge(
-    gate: Gate,
-    pixels: PixelSource,
-    box: FloatArray,
-    previous: FloatArray,
-    memory: HashMemory,
-    shift: tuple[float, float],
-) -> Inspection:
-    crop = cut_pixels(pixels, box, gate.margin)
-    centre, before = to_cxcywh(box), to_cxcywh(previous)
-    verdict = gate.judge(crop, memory, centre[:2], before[:2], float(centre[2:].mean()), shift)
-    return Inspection(
-        verdict=verdict,
-        crop=crop,
-        border=gate.border(crop),
-        symmetry=gate.symmetry(crop),
-        memory=memory,
-        crop_hash=_bits_to_int(hash_bits(hash_picture(crop))),
-        mean_hash=_bits_to_int(hash_bits(memory.mean)),
-    )
-
-
-def _bits_to_int(bits: NDArray[np.bool_]) -> int:
-    return int.from_bytes(np.packbits(bits).tobytes(), "big")

@@ -18,8 +18,6 @@ from typing import Generic, Protocol, TypeVar
 from tsr_engine.pipeline.detection_process import MAX_QUEUED_FRAMES, Detect, Detected, DetectionProcess
 from tsr_engine.records import Picture
 
-__all__ = ["Detected", "detect_in_parallel"]
-
 
 class _HasPicture(Protocol):
     @property
@@ -150,10 +148,7 @@ class _DetectionQueue(Generic[F]):
 
 
 def detect_in_parallel(
-    frames: Iterator[tuple[F, float]],
-    detect: Detect,
-    cores: int,
-    is_wanted: Callable[[F], bool] = lambda _: True,
+    frames: Iterator[tuple[F, float]], detect: Detect, cores: int, is_wanted: Callable[[F], bool] = lambda _: True
 ) -> Iterator[tuple[F, float, Detected | None]]:
     """Yield frames with their detections, in order.
 

@@ -11,19 +11,12 @@ from tsr_engine.online.relocalisation import search_extent
 from tsr_engine.params import Params
 from tsr_engine.records import FloatArray, FrameEvidence, Region
 
-__all__ = ["replay_regions"]
-
 
 def replay_regions(frame: FrameEvidence, pixels: FramePixels, params: Params) -> tuple[Region, ...]:
     """The pixels that the step has read, and those that a replay may need.
 
     A replay with a search radius up to ``keep_radius`` searches around every prediction. A replay with other thresholds
     may start a track at any detection.
-
-    Args:
-        frame: the step's evidence, without regions.
-        pixels: the frame's pixels, which the step has read from.
-        params: parameters of the run.
     """
     pipeline = params.pipeline
     online = params.online.model_copy(update={"search_radius": max(pipeline.keep_radius, params.online.search_radius)})

@@ -10,8 +10,6 @@ from tsr_engine.evidence.reader import ResultRow
 from tsr_engine.records import FrameEvidence, TrackFrame
 from tsr_engine.track_table import NO_CLASS
 
-__all__ = ["ResultStream", "TrackSummary"]
-
 
 @dataclass(slots=True)
 class TrackSummary:

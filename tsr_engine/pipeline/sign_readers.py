@@ -12,18 +12,12 @@ from tsr_engine.params import Reader
 from tsr_engine.recognition.classifier import COMPONENT, NETWORK_COMPONENT, SignClassifier
 from tsr_engine.recognition.mixture import Mixture
 
-__all__ = ["READER_COMPONENTS", "load_reader", "make_reader", "reader_components"]
-
 READER_COMPONENTS = (COMPONENT, NETWORK_COMPONENT)
 """The components that signs are read with."""
 
 
 def load_reader(folder: Path | None = None, reader: Reader = "both") -> SignClassifier | Mixture:
-    """What reads signs by the models of a folder; unset: the shipped ones.
-
-    Args:
-        folder: the model folder.
-        reader: as the parameter of this name.
+    """What reads signs by the models of a folder; unset: the shipped ones. ``reader`` is the parameter of this name.
 
     Raises:
         ModelError: missing, damaged, or of another version.

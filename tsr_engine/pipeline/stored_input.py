@@ -15,8 +15,6 @@ from tsr_engine.pipeline.frame_input import FrameInput
 from tsr_engine.pipeline.track_context import Models
 from tsr_engine.records import Detections, FrameEvidence
 
-__all__ = ["RECOMPUTED", "rebuild_core", "rescore", "start_core", "stored_input"]
-
 RECOMPUTED = frozenset({"timings", "regions", "text"})
 """Fields of ``FrameEvidence`` and its parts in which a correct replay may differ from the run.
 
@@ -69,11 +67,7 @@ def start_core(reader: EvidenceReader, params: Params, parts: Models, *, first_i
 def rebuild_core(reader: EvidenceReader, params: Params, parts: Models, last: int) -> TrackingCore:
     """The core as it was after frame ``last``; the frames since the last one without tracks are processed again.
 
-    Args:
-        reader: the run, with pixels.
-        params: the run's own parameters.
-        parts: the run's own trained parts.
-        last: last stored frame.
+    The parameters and trained parts are the run's own.
 
     Raises:
         EvidenceError: the evidence has no pixels, or a frame comes out differently than stored.

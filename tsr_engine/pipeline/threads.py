@@ -12,8 +12,6 @@ from contextlib import AbstractContextManager, contextmanager
 import cv2
 from threadpoolctl import threadpool_limits
 
-__all__ = ["one_blas_thread", "one_opencv_thread"]
-
 
 def one_blas_thread() -> AbstractContextManager[object]:
     """A block in which BLAS runs on one thread."""

@@ -12,8 +12,6 @@ from tsr_engine.recognition.fusion import Fusion
 from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.records import FloatArray, Recognition, Relocalisation, Sample
 
-__all__ = ["Models", "OnlineLearner", "OnlineMaker", "TrackContext", "WindowScorer"]
-
 
 class OnlineLearner(Protocol):
     """The online detector of one track (Algorithms 1 and 2)."""

@@ -9,8 +9,6 @@ from tsr_engine.pipeline.frame_input import Revisit
 from tsr_engine.protocols import OfflineDetector
 from tsr_engine.records import Detections, Picture
 
-__all__ = ["VideoDetector"]
-
 
 @dataclass(frozen=True, slots=True)
 class VideoDetector:

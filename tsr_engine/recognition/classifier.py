@@ -89,10 +89,7 @@ class SignClassifier:
         return linear(features, self.weights, self.bias)
 
     def read(self, crops: Sequence[Picture]) -> Array:
-        """Features of crops, shape (n, h).
-
-        Args:
-            crops: as for ``margins``.
+        """Features of crops as for ``margins``, shape (n, h).
 
         Raises:
             ValueError: a crop that is not a BGR picture.
@@ -106,11 +103,7 @@ class SignClassifier:
         return mean
 
     def probabilities(self, crops: list[Picture]) -> Array:
-        """``P(c | x)``, shape (n, c), rows sum to 1; a row does not depend on the rest of the batch.
-
-        Args:
-            crops: as for ``margins``.
-        """
+        """``P(c | x)`` of crops as for ``margins``, shape (n, c), rows sum to 1 and do not depend on each other."""
         return softmax(self.margins(crops), self.temperature)
 
     @classmethod

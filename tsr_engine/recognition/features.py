@@ -49,12 +49,7 @@ class FeatureMap:
 
     def __post_init__(self) -> None:
         f, h = self.filters.shape[1], self.hidden.shape[1]
-        wanted = {
-            "filters": (WINDOW_LENGTH, f),
-            "filter_bias": (f,),
-            "hidden": (POSITIONS * f, h),
-            "hidden_bias": (h,),
-        }
+        wanted = {"filters": (WINDOW_LENGTH, f), "filter_bias": (f,), "hidden": (POSITIONS * f, h), "hidden_bias": (h,)}
         for name, shape in wanted.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(f"FeatureMap.{name} must have shape {shape}. Got {getattr(self, name).shape} instead.")

@@ -19,8 +19,6 @@ from tsr_engine.records import FloatArray, Picture
 if TYPE_CHECKING:
     from tsr_engine.protocols import CropClassifier
 
-__all__ = ["Mixture", "pool_probabilities"]
-
 
 @dataclass(frozen=True, slots=True)
 class Mixture:

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.recognition.descriptor import MARGIN, SIDE
 
-__all__ = ["FEATURES", "LAYERS", "MIN_SPREAD", "NETWORK_GEOMETRY", "Layer", "NetworkMap"]
-
 FEATURES: Final = 256
 """Number of features."""
 MIN_SPREAD: Final = 12.0
@@ -37,8 +35,8 @@ class Layer:
         outputs: channels out.
         size: side of the kernel, odd.
         stride: 1 or 2.
-        added: whether the layer's input is added to its output before ``max(0, .)``.
-        padded: whether zeros surround the input, so that stride 1 keeps its size.
+        is_residual: whether the layer's input is added to its output before ``max(0, .)``.
+        is_padded: whether zeros surround the input, so that stride 1 keeps its size.
     """
 
     inputs: int

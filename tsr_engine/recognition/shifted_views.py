@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from tsr_engine.row_copy import copy_row
 
-__all__ = ["diagonal_pairs"]
-
 
 def diagonal_pairs(patches: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Patches moved by 1.5 px to the upper left and to the lower right, borders replicated.

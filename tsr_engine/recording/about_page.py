@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from tsr_engine.evidence.header import RunHeader
 from tsr_engine.recording.layers import LAYERS
 
-__all__ = ["about_text"]
-
 
 def about_text(title: str, properties: Mapping[str, str], header: RunHeader, boxes: Mapping[str, int]) -> str:
     """The page in Markdown; names from files are in code spans, so that they are shown literally."""

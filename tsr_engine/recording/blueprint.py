@@ -12,8 +12,6 @@ from rerun.encodings import AbsoluteTimeRange
 
 from tsr_engine.recording.layers import EVENTS, FRAME_TIMELINE, LAYERS, VIDEO, track_entity
 
-__all__ = ["PLOT_TITLES", "BlueprintInputs", "make_blueprint"]
-
 PLOT_TITLES: Final = {
     "gate/log10_l_positive": "Gate (log10 L)",
     "gate/symmetry": "Symmetry",
@@ -72,29 +70,21 @@ def make_blueprint(inputs: BlueprintInputs) -> rrb.Blueprint:
         active_tab=0,
     )
     lower_tabs = [_states(inputs), *_plots(inputs)]
+    selection: Any = None  # Any: the SDK has two types of this name
+    if inputs.focus is not None:
+        selection = AbsoluteTimeRange(min=inputs.focus[0], max=inputs.focus[1])
     return rrb.Blueprint(
         rrb.Vertical(
             rrb.Horizontal(picture, log, column_shares=[2, 1]),
             rrb.Tabs(*lower_tabs, active_tab=1 if len(lower_tabs) > 1 else 0),
             row_shares=[3, 2],
         ),
-        rrb.TimePanel(
-            state="collapsed",
-            timeline=FRAME_TIMELINE,
-            play_state="paused",
-            time_selection=_selection(inputs.focus),
-        ),
+        rrb.TimePanel(state="collapsed", timeline=FRAME_TIMELINE, play_state="paused", time_selection=selection),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
         auto_layout=False,
         auto_views=False,
     )
-
-
-def _selection(focus: tuple[int, int] | None) -> Any:  # Any: the SDK has two types of this name
-    if focus is None:
-        return None
-    return AbsoluteTimeRange(min=focus[0], max=focus[1])
 
 
 def _states(inputs: BlueprintInputs) -> rrb.StateTimelineView:

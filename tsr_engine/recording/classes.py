@@ -12,8 +12,6 @@ from tsr_engine.labels.classes import RunClasses
 from tsr_engine.labels.model import Category, Label
 from tsr_engine.recording.layers import Rgb
 
-__all__ = ["RecordedClasses"]
-
 _HUES: Final[dict[Category, float]] = {
     "prohibitory": 0.0,
     "danger": 0.11,

@@ -16,7 +16,6 @@ from typing import Final
 import av
 import numpy as np
 from av.container import InputContainer
-from numpy.typing import NDArray
 
 from tsr_engine.errors import UsageError
 from tsr_engine.io.frame_table import FrameTable
@@ -34,8 +33,7 @@ from tsr_engine.io.video_packets import (
 from tsr_engine.io.video_probe import error_reason, open_container
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.transcode import encode_frames, encode_packets, size_limit
-
-__all__ = ["MAX_BYTES", "PLAYABLE_CODECS", "Clip", "cut_clip", "select_packets"]
+from tsr_engine.track_table import IntArray
 
 PLAYABLE_CODECS: Final = frozenset({"h264", "hevc", "av1", "vp9"})
 """Codecs that a viewer plays from an MP4 file."""
@@ -44,8 +42,7 @@ MAX_BYTES: Final = 512 * 2**20
 _SEEK_MARGINS_S: Final = (0, 2, 10, 60)
 """Seconds by which a repeated search for the key frame starts earlier."""
 
-Ints = NDArray[np.int64]
-TimeReader = Callable[[bytes], Ints]
+TimeReader = Callable[[bytes], IntArray]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +56,7 @@ class Clip:
     """
 
     data: bytes
-    times_ns: Ints
+    times_ns: IntArray
     how: str
 
 
@@ -94,21 +91,21 @@ def cut_clip(
         cause = str(error)
     except (av.FFmpegError, OSError) as error:
         cause = f"its packets cannot be copied ({error_reason(error)})"
-    data, count = encode_frames(path, frames, allowed, table)
+    data = encode_frames(path, frames, allowed, table)
     _check_size(path, len(data))
-    times_ns = _times_of_wanted(read_times(data), np.arange(count))
+    times_ns = _times_of_wanted(read_times(data), np.arange(len(frames)))
     return Clip(data, times_ns, f"Re-encoded as H.264, because {cause}.")
 
 
-def _times_of_wanted(times_ns: Ints, wanted: Ints) -> Ints:
+def _times_of_wanted(times_ns: IntArray, wanted: IntArray) -> IntArray:
     """Times of the wanted pictures, given by their rank in the clip."""
     if len(times_ns) <= int(wanted[-1]):
         raise UnfitPackets(f"the copy holds {len(times_ns)} pictures where {int(wanted[-1]) + 1} were expected")
-    found: Ints = np.sort(times_ns)[wanted]
+    found: IntArray = np.sort(times_ns)[wanted]
     return found
 
 
-def _copy_packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool) -> tuple[bytes, Ints, str]:
+def _copy_packets(path: VideoSource, frames: Frames, limits: VideoLimits, exact: bool) -> tuple[bytes, IntArray, str]:
     """The packets as an MP4 file, the ranks of the wanted frames among its pictures, and a sentence on their origin."""
     if (frames.pts < 0).any():
         raise UnfitPackets("the run does not know its presentation times")
@@ -153,7 +150,7 @@ def _orientation(container: InputContainer, stream: av.VideoStream) -> Orientati
     return Orientation()
 
 
-def select_packets(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
+def select_packets(container: InputContainer, stream: av.VideoStream, wanted: IntArray) -> list[av.Packet]:
     """Packets in decoding order, from the last key frame before the first wanted picture to the last one needed."""
     base = Fraction(stream.time_base)
     for margin in _SEEK_MARGINS_S:
@@ -161,17 +158,15 @@ def select_packets(container: InputContainer, stream: av.VideoStream, wanted: In
             container.seek(int(wanted[0] - margin / base), stream=stream, backward=True)
         except (av.FFmpegError, OSError):
             continue
-        chosen = _collect_packets(container, stream, wanted)
-        if chosen:
+        if chosen := _collect_packets(container, stream, wanted):
             return chosen
     container.seek(-(2**40), stream=stream, backward=True)
-    chosen = _collect_packets(container, stream, wanted)
-    if not chosen:
-        raise UnfitPackets("no key frame comes before the first of the frames")
-    return chosen
+    if chosen := _collect_packets(container, stream, wanted):
+        return chosen
+    raise UnfitPackets("no key frame comes before the first of the frames")
 
 
-def _collect_packets(container: InputContainer, stream: av.VideoStream, wanted: Ints) -> list[av.Packet]:
+def _collect_packets(container: InputContainer, stream: av.VideoStream, wanted: IntArray) -> list[av.Packet]:
     """Packets from the last key frame before the first wanted picture; empty if the search ended too late."""
     chosen: list[av.Packet] = []
     missing = set(wanted.tolist())

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tsr_engine.track_table import TrackTable
-
-__all__ = ["BoxRows", "EventLog", "Frames", "Series", "TrackSeries"]
-
-Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
+from tsr_engine.records import FloatArray
+from tsr_engine.track_table import IntArray, TrackTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +22,9 @@ class Frames:
         height: picture height, px.
     """
 
-    ordinal: Ints
-    seconds: Floats
-    pts: Ints
+    ordinal: IntArray
+    seconds: FloatArray
+    pts: IntArray
     width: int
     height: int
 
@@ -48,9 +43,9 @@ class Frames:
         span = float(self.seconds[-1] - self.seconds[0])
         return max(span * n / (n - 1) if n > 1 else 0.0, 1e-2 * n)
 
-    def seconds_at(self, ordinals: Ints) -> Floats:
+    def seconds_at(self, ordinals: IntArray) -> FloatArray:
         """Presentation times of some frames, s."""
-        found: Floats = self.seconds[ordinals - self.first]
+        found: FloatArray = self.seconds[ordinals - self.first]
         return found
 
 
@@ -74,7 +69,7 @@ class BoxRows:
     def __len__(self) -> int:
         return len(self.table)
 
-    def with_classes(self, class_id: Ints) -> BoxRows:
+    def with_classes(self, class_id: IntArray) -> BoxRows:
         """The boxes with other classes, shape (n,)."""
         return replace(self, table=replace(self.table, class_id=class_id))
 
@@ -86,9 +81,9 @@ class BoxRows:
         order = order[np.argsort(table.frame[order], kind="stable")]
         return BoxRows(table.rows(order), tuple(self.labels[i] for i in order.tolist()))
 
-    def counts(self, frames: Frames) -> Ints:
+    def counts(self, frames: Frames) -> IntArray:
         """Number of boxes in each frame, including zeros."""
-        found: Ints = np.bincount(self.table.frame - frames.first, minlength=len(frames)).astype(np.int64)
+        found: IntArray = np.bincount(self.table.frame - frames.first, minlength=len(frames)).astype(np.int64)
         return found
 
 
@@ -102,8 +97,8 @@ class Series:
         names: names of the k columns.
     """
 
-    at: Ints
-    values: Floats
+    at: IntArray
+    values: FloatArray
     names: tuple[str, ...]
 
 
@@ -122,7 +117,7 @@ class TrackSeries:
     track_id: int
     class_id: int
     values: dict[str, Series]
-    states: tuple[Ints, tuple[str, ...]]
+    states: tuple[IntArray, tuple[str, ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +130,6 @@ class EventLog:
         text: one per row.
     """
 
-    frame: Ints
-    kind: tuple[str, ...] = field(default=())
-    text: tuple[str, ...] = field(default=())
+    frame: IntArray
+    kind: tuple[str, ...] = ()
+    text: tuple[str, ...] = ()

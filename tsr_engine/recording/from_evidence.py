@@ -15,20 +15,12 @@ from tsr_engine.recording.content import BoxRows, EventLog, Frames, Series, Trac
 from tsr_engine.records import FloatArray
 from tsr_engine.track_table import IntArray, TrackTable
 
-__all__ = ["MAX_VOTE_CLASSES", "read_box_layers", "read_events", "read_frames", "read_track_series"]
-
 MAX_VOTE_CLASSES = 5
 """Largest number of classes whose votes are drawn."""
 
 
 def read_frames(reader: EvidenceReader, first: int | None, stop: int | None, run_name: str = "the run") -> Frames:
-    """The frames ``first <= k < stop`` of a run; unset: from its first, to its last.
-
-    Args:
-        reader: of the run.
-        first: first frame.
-        stop: frame after the last.
-        run_name: the run's name in error sentences.
+    """The frames ``first <= k < stop`` of a run, which messages call ``run_name``; unset: from its first, to its last.
 
     Raises:
         UsageError: the run has not stored all of them.
@@ -75,11 +67,8 @@ def read_box_layers(reader: EvidenceReader, frames: Frames, classes: RecordedCla
     figures = ("decision", "probability", "runner_up_decision", "windows")
     edges = [f"{of}{edge}" for of in ("search_", "", "runner_up_") for edge in BOX]
     found = read_columns(reader, "relocalisations", "frame", "track_id", *figures, *edges, frames=span, alive=True)
-    ids, decision, probability = (
-        _track_names(found),
-        _number_texts(found, "decision"),
-        _number_texts(found, "probability"),
-    )
+    ids = _track_names(found)
+    decision, probability = (_number_texts(found, name) for name in ("decision", "probability"))
     windows = [f"{of} {n} windows" for of, n in zip(ids, found.ints("windows").tolist(), strict=True)]
     yield "search", _boxes(found, windows, "search_")
     texts = [f"{of} {value} (P {p})" for of, value, p in zip(ids, decision, probability, strict=True)]

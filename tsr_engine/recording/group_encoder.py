@@ -15,8 +15,6 @@ import cv2
 from av.codec.context import Flags
 from av.container import OutputContainer
 
-__all__ = ["GROUP_SIZE", "GroupEncoder"]
-
 GROUP_SIZE: Final = 60
 """Pictures between key frames, the most that a viewer decodes for a jump."""
 _BUDGET_SHARE: Final = 0.96

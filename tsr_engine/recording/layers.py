@@ -5,19 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = [
-    "EVENTS",
-    "FRAME_TIMELINE",
-    "LAYERS",
-    "TAU_COLOUR",
-    "TIME_TIMELINE",
-    "TRACK_COLOURS",
-    "VIDEO",
-    "Layer",
-    "Rgb",
-    "track_entity",
-]
-
 FRAME_TIMELINE: Final = "frame"
 """Timeline of ordinals."""
 TIME_TIMELINE: Final = "time"

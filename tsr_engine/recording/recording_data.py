@@ -12,8 +12,6 @@ from tsr_engine.recording.classes import RecordedClasses
 from tsr_engine.recording.content import BoxRows, EventLog, Frames, TrackSeries
 from tsr_engine.recording.request import RecordingRequest
 
-__all__ = ["RecordingData"]
-
 
 @dataclass(frozen=True, slots=True)
 class RecordingData:

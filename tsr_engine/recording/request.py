@@ -12,8 +12,6 @@ from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.labels.classes import RunClasses
 from tsr_engine.recording.content import BoxRows
 
-__all__ = ["RecordingReport", "RecordingRequest"]
-
 
 @dataclass(frozen=True, slots=True)
 class RecordingRequest:

@@ -15,8 +15,6 @@ from tsr_engine.recording.layers import EVENTS, LAYERS, TAU_COLOUR, TRACK_COLOUR
 from tsr_engine.recording.recording_data import RecordingData
 from tsr_engine.recording.rrd_sink import RrdSink
 
-__all__ = ["log_data", "log_picture", "open_sink"]
-
 
 def open_sink(data: RecordingData, application_id: str, recording_id: str) -> RrdSink:
     """Open a recording that holds only its views."""

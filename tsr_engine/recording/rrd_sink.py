@@ -11,22 +11,12 @@ from types import TracebackType
 
 import numpy as np
 import rerun as rr
-from numpy.typing import NDArray
 from rerun.blueprint import Blueprint
 
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.recording.content import BoxRows, EventLog, Frames, Series
-from tsr_engine.recording.layers import (
-    FRAME_TIMELINE,
-    TIME_TIMELINE,
-    VIDEO,
-    Layer,
-    Rgb,
-)
-
-__all__ = ["RrdSink", "read_video_times"]
-
-Ints = NDArray[np.int64]
+from tsr_engine.recording.layers import FRAME_TIMELINE, TIME_TIMELINE, VIDEO, Layer, Rgb
+from tsr_engine.track_table import IntArray
 
 _MAX_LINE_WIDTH = 44
 """Longest line in the event log, in characters."""
@@ -34,7 +24,7 @@ _LEVELS = {"rejected": "WARN", "missed": "WARN", "died": "INFO", "relabelled": "
 _STATE_COLOURS = {"detected": 0x56B4E9FF, "predicted": 0xF0E442FF, "relocalised": 0xE69F00FF}
 
 
-def read_video_times(data: bytes) -> Ints:
+def read_video_times(data: bytes) -> IntArray:
     """Presentation times in ns of all pictures of an MP4 file as the viewer reads them."""
     stamps = rr.AssetVideo(contents=data, media_type="video/mp4").read_frame_timestamps_nanos()
     return np.asarray(stamps, np.int64)
@@ -79,8 +69,7 @@ class RrdSink:
 
     def properties(self, name: str, values: dict[str, str]) -> None:
         """Log facts about the recording."""
-        content = rr.AnyValues(**values)  # type: ignore[arg-type]
-        self._recording.send_property(name, content)
+        self._recording.send_property(name, rr.AnyValues(**values))  # type: ignore[arg-type]
 
     def document(self, entity: str, markdown: str) -> None:
         """Log a page of text."""
@@ -90,7 +79,7 @@ class RrdSink:
         """Log numbers, names and colours of the labels for everything below the picture."""
         self._static(VIDEO, rr.AnnotationContext(infos))
 
-    def video(self, entity: str, data: bytes, frames: Frames, times_ns: Ints) -> None:
+    def video(self, entity: str, data: bytes, frames: Frames, times_ns: IntArray) -> None:
         """Log the clip, and the picture of each frame."""
         self._static(entity, rr.AssetVideo(contents=data, media_type="video/mp4"))
         self._columns(entity, frames, frames.ordinal, rr.VideoFrameReference.columns_nanos(times_ns))
@@ -116,7 +105,7 @@ class RrdSink:
             names = [f"{title} {name}" for name in series.names]
             self._static(entity, rr.SeriesLines(names=names, colors=colours))
 
-    def states(self, entity: str, frames: Frames, at: Ints, states: tuple[str, ...]) -> None:
+    def states(self, entity: str, frames: Frames, at: IntArray, states: tuple[str, ...]) -> None:
         """Log the states of a track where they change."""
         self._columns(entity, frames, at, rr.StateChange.columns(state=list(states)))
         colours = np.array(list(_STATE_COLOURS.values()), np.uint32)
@@ -133,7 +122,7 @@ class RrdSink:
     def _static(self, entity: str, content: rr.AsComponents) -> None:
         self._recording.log(entity, content, static=True)
 
-    def _columns(self, entity: str, frames: Frames, at: Ints, columns: Iterable[rr.ComponentColumn]) -> None:
+    def _columns(self, entity: str, frames: Frames, at: IntArray, columns: Iterable[rr.ComponentColumn]) -> None:
         indexes = [
             rr.TimeColumn(FRAME_TIMELINE, sequence=at),
             rr.TimeColumn(TIME_TIMELINE, duration=frames.seconds_at(at)),

@@ -11,7 +11,6 @@ from typing import Final
 
 import av
 import numpy as np
-from numpy.typing import NDArray
 
 from tsr_engine.errors import VideoError
 from tsr_engine.io.cores import usable_cores
@@ -21,10 +20,7 @@ from tsr_engine.io.video import open_video
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.recording.content import Frames
 from tsr_engine.recording.group_encoder import GroupEncoder
-
-__all__ = ["FRAME_BYTES", "TYPICAL_FRAMES", "encode_frames", "encode_packets", "encoder_threads", "size_limit"]
-
-Ints = NDArray[np.int64]
+from tsr_engine.track_table import IntArray
 
 FRAME_BYTES: Final = 13_500
 """Bytes for a picture of 1280x720; other sizes by their area."""
@@ -44,7 +40,7 @@ def size_limit(count: int, width: int, height: int) -> int:
     return int(FRAME_BYTES * max(count, TYPICAL_FRAMES) * width * height / _TYPICAL_PIXELS)
 
 
-def encode_packets(stream: av.VideoStream, packets: Sequence[av.Packet], wanted: Ints, budget: int) -> bytes | None:
+def encode_packets(stream: av.VideoStream, packets: Sequence[av.Packet], wanted: IntArray, budget: int) -> bytes | None:
     """Encode pictures of a stream as H.264 in an MP4 file of a given size, each at its presentation time.
 
     The fast path: decoder and encoder run in parallel, and pictures are not converted in between.
@@ -109,10 +105,8 @@ def encoder_threads() -> int:
     return max(1, min(_MAX_CORES, usable_cores()) // 2)
 
 
-def encode_frames(
-    path: VideoSource, frames: Frames, limits: VideoLimits, table: FrameTable | None
-) -> tuple[bytes, int]:
-    """Encode the frames upright as H.264 in an MP4 file, each at its presentation time; return it and their number.
+def encode_frames(path: VideoSource, frames: Frames, limits: VideoLimits, table: FrameTable | None) -> bytes:
+    """Encode the frames upright as H.264 in an MP4 file, each at its presentation time.
 
     Odd sizes grow by one column or row, which repeats the last one.
 
@@ -143,7 +137,7 @@ def encode_frames(
             f"{path} ends before frame {frames.first + len(frames) - 1}: it is not the video of this run. Name the one "
             "that was tracked."
         )
-    return target.getvalue(), count
+    return target.getvalue()
 
 
 def _options(frames: Frames, width: int, height: int) -> dict[str, str]:

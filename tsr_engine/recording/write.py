@@ -20,12 +20,10 @@ from tsr_engine.labels.classes import classes_of_keys
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.recording.classes import RecordedClasses
 from tsr_engine.recording.clip import Clip, cut_clip
-from tsr_engine.recording.content import Frames, TrackSeries
+from tsr_engine.recording.content import Frames
 from tsr_engine.recording.from_evidence import read_box_layers, read_events, read_frames, read_track_series
 from tsr_engine.recording.recording_data import RecordingData
 from tsr_engine.recording.request import RecordingReport, RecordingRequest
-
-__all__ = ["load_sdk", "write_recording"]
 
 
 def load_sdk() -> None:
@@ -69,7 +67,11 @@ def write_recording(
         for name, rows in (("corrected", request.corrected), ("truth", request.truth)):
             if rows is not None:
                 layers[name] = rows.with_classes(classes.of_labels(rows.table.class_id)).in_frames(frames)
-        track_series = _sort_tracks(list(read_track_series(reader, frames, classes)), request.focus_track)
+        # The focus track, then the tracks with the most values.
+        track_series = sorted(
+            read_track_series(reader, frames, classes),
+            key=lambda track: (track.track_id != request.focus_track, -sum(len(v.at) for v in track.values.values())),
+        )
         events = read_events(reader, frames)
         progress(1, 4)
         data = RecordingData(request, reader, classes, frames, layers, track_series, events)
@@ -95,13 +97,6 @@ def _read_times(clip: bytes) -> NDArray[np.int64]:
     from tsr_engine.recording.rrd_sink import read_video_times
 
     return read_video_times(clip)
-
-
-def _sort_tracks(track_series: list[TrackSeries], focus: int | None) -> list[TrackSeries]:
-    """The focus track, then the tracks with the most values."""
-    return sorted(
-        track_series, key=lambda track: (track.track_id != focus, -sum(len(v.at) for v in track.values.values()))
-    )
 
 
 def _write(

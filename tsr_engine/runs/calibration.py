@@ -12,8 +12,6 @@ from tsr_engine.records import FloatArray
 from tsr_engine.tracking.camera_shift import CameraShift
 from tsr_engine.tracking.focus_of_expansion import Focus, find_focus
 
-__all__ = ["ESTIMATE_EVERY_FRAMES", "MAX_FRAMES", "MAX_STANDARD_ERROR", "calibrate", "with_focus"]
-
 ESTIMATE_EVERY_FRAMES = 250
 """Number of frames between two estimates."""
 MAX_STANDARD_ERROR = 0.01
@@ -101,12 +99,7 @@ def with_focus(
         return params, None
     try:
         focus = calibrate(
-            path,
-            x=tracking.foe_x,
-            scale=tracking.shift_scale,
-            limits=limits,
-            progress=progress,
-            cancelled=cancelled,
+            path, x=tracking.foe_x, scale=tracking.shift_scale, limits=limits, progress=progress, cancelled=cancelled
         )
     except (VideoError, UsageError):  # the run reports it when it reaches that frame
         return params, None

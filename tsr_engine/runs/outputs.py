@@ -22,8 +22,6 @@ from tsr_engine.pipeline import ResultStream, TrackSummary
 from tsr_engine.records import FrameEvidence
 from tsr_engine.runs.report import RunRequest
 
-__all__ = ["RunOutputs", "refuse_outputs"]
-
 _VIDEO_ENDINGS = (".mp4", ".m4v")
 
 

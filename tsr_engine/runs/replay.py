@@ -10,6 +10,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 
 from tsr_engine.errors import EvidenceError, ModelError, UsageError
@@ -29,8 +30,6 @@ from tsr_engine.pipeline import (
 )
 from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.records import FrameEvidence
-
-__all__ = ["ReplayReport", "TrackDiff", "check_models", "replay", "run_params"]
 
 MATCH_IOU = 0.3
 """IoU from which two boxes of a frame show the same sign."""
@@ -86,9 +85,13 @@ def run_params(reader: EvidenceReader) -> Params:
         EvidenceError: this version does not have one of them.
     """
     stored = reader.header.parameters
-    pairs = [(f"{section}.{name}", value) for section, values in stored.items() for name, value in values.items()]
+    pairs = [
+        (f"{section}.{name}", tuple(value) if isinstance(value, list) else value)
+        for section, values in stored.items()
+        for name, value in values.items()
+    ]
     try:
-        return Params().with_settings([*VALUES_IN_OLD_RUNS.items(), *((name, _plain(value)) for name, value in pairs)])
+        return Params().with_settings([*VALUES_IN_OLD_RUNS.items(), *pairs])
     except UsageError as error:
         raise EvidenceError(f"{reader.folder} was made with other parameters than this version has: {error}") from None
 
@@ -149,7 +152,11 @@ def replay(
     with EvidenceReader(folder) as reader:
         original_params = run_params(reader)
         changed = changed_parameters(original_params, params)
-        _refuse_fixed(folder, changed)
+        if fixed := next((name for name in changed if not is_replayable(name)), None):
+            raise UsageError(
+                f"A replay does not repeat the step that {fixed} belongs to. Leave it, or track the video of {folder} "
+                "again."
+            )
         if not reader.header.keep_pixels:
             raise EvidenceError(f"{folder} holds no pixels and cannot be replayed. Track the video again with pixels.")
         weight = _rescoring_weight(reader, original_params, params, components)
@@ -186,15 +193,6 @@ def _count(report: ReplayReport, replayed: FrameEvidence, stored: FrameEvidence,
     report.missing_frames += missing > 0
 
 
-def _refuse_fixed(folder: Path, changed: list[str]) -> None:
-    for name in changed:
-        if not is_replayable(name):
-            raise UsageError(
-                f"A replay does not repeat the step that {name} belongs to. Leave it, or track the video of {folder} "
-                "again."
-            )
-
-
 def _rescoring_weight(reader: EvidenceReader, original: Params, params: Params, components: Components) -> float | None:
     """The lambda to rescore detections with; None: the stored scores are used."""
     if original.prior == params.prior:
@@ -203,12 +201,7 @@ def _rescoring_weight(reader: EvidenceReader, original: Params, params: Params, 
         return 0.0
     if params.prior.prior_lambda is not None:
         return params.prior.prior_lambda
-    learned = reader.header.frame_table.get("learned_lambda", components.learned_lambda)
-    return float(learned)
-
-
-def _plain(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value
+    return float(reader.header.frame_table.get("learned_lambda", components.learned_lambda))
 
 
 def _exhaust(rows: Iterator[object]) -> None:
@@ -223,12 +216,10 @@ class _Comparison:
         self._together: Counter[tuple[int, int]] = Counter()
 
     def add(self, old: FrameEvidence, new: FrameEvidence) -> None:
-        old_tracks = [track for track in old.tracks if track.state != "dead"]
-        new_tracks = [track for track in new.tracks if track.state != "dead"]
-        for a in old_tracks:
-            for b in new_tracks:
-                if float(iou(a.box, b.box)[0, 0]) >= MATCH_IOU:
-                    self._together[a.track_id, b.track_id] += 1
+        old_tracks, new_tracks = ([t for t in frame.tracks if t.state != "dead"] for frame in (old, new))
+        for a, b in product(old_tracks, new_tracks):
+            if float(iou(a.box, b.box)[0, 0]) >= MATCH_IOU:
+                self._together[a.track_id, b.track_id] += 1
 
     def result(self, old: list[TrackSummary], new: list[TrackSummary]) -> TrackDiff:
         before = {track.track_id: track for track in old}

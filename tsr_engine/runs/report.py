@@ -17,8 +17,6 @@ from tsr_engine.pipeline import TrackSummary
 from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.tracking.focus_of_expansion import Focus
 
-__all__ = ["Progress", "RunReport", "RunRequest"]
-
 
 @dataclass(frozen=True, slots=True)
 class RunRequest:

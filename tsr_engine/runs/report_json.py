@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from tsr_engine.pipeline import TrackSummary
     from tsr_engine.runs.report import RunReport, RunRequest
 
-__all__ = ["class_name", "report_as_json", "track_as_json"]
-
 
 def report_as_json(report: RunReport, request: RunRequest) -> JsonObject:
     """A run's report as a JSON object."""

@@ -19,8 +19,6 @@ from tsr_engine.plural import plural
 from tsr_engine.records import FrameEvidence
 from tsr_engine.runs.report import RunReport, RunRequest
 
-__all__ = ["RunEvidence"]
-
 
 class RunEvidence:
     """The evidence folder of a run, which a later call can resume.
@@ -33,11 +31,6 @@ class RunEvidence:
 
     def __init__(self, folder: Path, request: RunRequest, header: RunHeader) -> None:
         """Open the folder, or make it.
-
-        Args:
-            folder: folder of the evidence.
-            request: request of the run.
-            header: header of the run.
 
         Raises:
             EvidenceError: the folder belongs to something else.

@@ -13,13 +13,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 
 from tsr_engine.errors import InputError, StorageError, VideoError
-from tsr_engine.evidence import (
-    FramePixels,
-    RunHeader,
-    TableEntry,
-    VideoIdentity,
-    read_header,
-)
+from tsr_engine.evidence import FramePixels, RunHeader, TableEntry, VideoIdentity, read_header
 from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.read_ahead import read_ahead
 from tsr_engine.io.video import Frame, Video, open_video
@@ -160,7 +154,8 @@ class _Run:
 
     def _open_outputs(self, stack: ExitStack) -> None:
         """Open the outputs; evidence last, so that an error of another output leaves an earlier run untouched."""
-        self._require_frames()
+        if start := self.request.start:  # reading its frame raises an error if the range begins behind the last frame
+            next(self.video.frames(start, start + 1), None)
         self.outputs.open(stack)
         if self.request.evidence is not None:
             self.evidence = RunEvidence(self.request.evidence, self.request, self._header())
@@ -185,12 +180,6 @@ class _Run:
                 "learned_lambda": self.components.learned_lambda,
             },
         )
-
-    def _require_frames(self) -> None:
-        """Read the first frame of the range, which raises an error if the range begins behind the last frame."""
-        start = self.request.start
-        if start:
-            next(self.video.frames(start, start + 1), None)
 
     def _core(self, last: int | None) -> TrackingCore:
         """A new core, or that of the resumed run after frame ``last``."""
@@ -256,7 +245,8 @@ class _Run:
         if self.evidence is not None:
             regions = replay_regions(evidence, pixels, self.request.params)
             evidence = replace(evidence, regions=regions, timings=seconds)
-            self.evidence.writer.append(evidence, self._table_entry(frame))
+            entry = TableEntry(int(frame.time / self.time_base), frame.key, frame.corrupt)
+            self.evidence.writer.append(evidence, entry)
             seconds["evidence"] = clock() - evidence_start
         for stage, value in seconds.items():
             self.report.stages.setdefault(stage, array("d")).append(value)
@@ -264,9 +254,6 @@ class _Run:
         self.report.stages.setdefault("whole frame", array("d")).append(total)
         self.report.computed += 1
         return replace(evidence, timings=seconds)
-
-    def _table_entry(self, frame: Frame) -> TableEntry:
-        return TableEntry(int(frame.time / self.time_base), frame.key, frame.corrupt)
 
     def _record(self, frame: FrameEvidence) -> None:
         """Count a frame and write the rows that are final with it."""

@@ -21,6 +21,7 @@ _CELL = 12
 """Side of the cells of the small picture, px; the strongest corner of each is tracked."""
 _MIN_POINTS = 8
 _RADIAL_WEIGHT = 0.3
+"""Weight of the equations along the ray, in [0, 1]; 1 is the plain similarity without rotation."""
 _ITERATIONS = 6
 _MIN_SCALE = 0.15
 """Floor of the robust residual scale, px of the small picture."""
@@ -92,7 +93,7 @@ class CameraShift:
         return None if len(points) < _MIN_POINTS else (points, flow, small)
 
 
-def fit_shift(points: FloatArray, flow: FloatArray, radial_weight: float = _RADIAL_WEIGHT) -> tuple[FloatArray, float]:
+def fit_shift(points: FloatArray, flow: FloatArray) -> tuple[FloatArray, float]:
     """Robust fit of ``flow = shift + growth * points`` with most weight on the component across the ray.
 
     Iteratively reweighted least squares with Cauchy weights, scale from the median absolute residual.
@@ -100,7 +101,6 @@ def fit_shift(points: FloatArray, flow: FloatArray, radial_weight: float = _RADI
     Args:
         points: shape (n, 2), n >= 2, relative to the FOE.
         flow: shape (n, 2), same unit.
-        radial_weight: weight of the equations along the ray, in [0, 1]; 1 is the plain similarity without rotation.
 
     Returns:
         The shift, shape (2,), and the growth per frame.
@@ -109,7 +109,7 @@ def fit_shift(points: FloatArray, flow: FloatArray, radial_weight: float = _RADI
     flow = np.ascontiguousarray(flow, dtype=np.float64)
     # The start is the median flow, so that a few outliers do not spoil the first round.
     start = np.array([*np.median(flow, axis=0), 0.0])
-    solution = _fit_reweighted(points, flow, start, radial_weight**2, _ITERATIONS, _MIN_SCALE)
+    solution = _fit_reweighted(points, flow, start, _RADIAL_WEIGHT**2, _ITERATIONS, _MIN_SCALE)
     return solution[:2], float(solution[2])
 
 

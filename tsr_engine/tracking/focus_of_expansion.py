@@ -17,8 +17,6 @@ from scipy.optimize import brentq
 from tsr_engine.records import FloatArray
 from tsr_engine.tracking.camera_shift import fit_shift
 
-__all__ = ["MAX_STANDARD_ERROR", "MIN_APPROACH", "Focus", "find_focus"]
-
 MIN_APPROACH = 0.2
 """Least sum of the growths over a drive for an estimate: the distance to the scene shrinks by about a fifth.
 

@@ -8,8 +8,6 @@ from numba import njit
 from tsr_engine.linear_algebra import product, solve
 from tsr_engine.records import FloatArray
 
-__all__ = ["propagate_covariance", "update_covariance"]
-
 
 @njit(cache=True, nogil=True)
 def propagate_covariance(P: FloatArray, F: FloatArray) -> FloatArray:

@@ -59,10 +59,7 @@ class LoomingMotion:
     name = "looming"
 
     def __init__(
-        self,
-        noise: MeasurementNoise,
-        process: LoomingNoise | None = None,
-        foe: tuple[float, float] = (0.5, 0.5),
+        self, noise: MeasurementNoise, process: LoomingNoise | None = None, foe: tuple[float, float] = (0.5, 0.5)
     ) -> None:
         self._noise = noise
         self._process = process or LoomingNoise()
@@ -127,7 +124,7 @@ def _time_update(
 ) -> tuple[FloatArray, FloatArray]:
     """Mean and covariance after one step.
 
-    ``wander`` is the process noise in the order centre, centre_px, scale, growth, aspect, drift_px, drift_decay.
+    ``process`` is the process noise in the order centre, centre_px, scale, growth, aspect, drift_px, drift_decay.
     """
     q = x[Q]
     # A step at most doubles the width, so that a wrong rate cannot make the box huge.

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from tsr_engine.records import Event, FloatArray, Prediction, Source, TrackState
 
-__all__ = ["TrackStatus", "TrackedFrame"]
-
 
 @dataclass(frozen=True, slots=True)
 class TrackStatus:

@@ -32,8 +32,6 @@ from tsr_engine.tracking.track_status import TrackedFrame, TrackStatus
 from tsr_engine.tracking.truncated_boxes import complete_box
 from tsr_engine.tracking.vertical_drift import VerticalDriftFilter
 
-__all__ = ["TrackStatus", "TrackedFrame", "Tracker"]
-
 _NESTED_OVERLAP = 0.65
 """Overlap with a detected track's box, as a share of the smaller box, from which a detection shows the same sign."""
 _EDGE_DISTANCE = 0.05
@@ -54,13 +52,7 @@ class Tracker:
     """
 
     def __init__(
-        self,
-        params: TrackingParams,
-        width: int,
-        height: int,
-        motion: MotionModel | None = None,
-        *,
-        first_id: int = 1,
+        self, params: TrackingParams, width: int, height: int, motion: MotionModel | None = None, *, first_id: int = 1
     ) -> None:
         self._params = params
         self._width = width
@@ -75,16 +67,6 @@ class Tracker:
         self._repeats = 0
         self._drift_filter = VerticalDriftFilter(params.level_frames)
         self._focus_y = None if params.coast_foe_y is None else params.coast_foe_y * height
-
-    @property
-    def living(self) -> tuple[int, ...]:
-        """Ids of the living tracks, ascending."""
-        return tuple(self._tracks)
-
-    @property
-    def next_id(self) -> int:
-        """The id of the next new track."""
-        return self._next_id
 
     def undetected(self, track_id: int) -> int:
         """Number of frames without a detection of a living track up to now, this frame included."""
@@ -188,11 +170,7 @@ class Tracker:
         return track.box
 
     def finish(self, ordinal: int) -> TrackedFrame:
-        """Confirms, ends, merges and starts tracks; ends a frame.
-
-        Args:
-            ordinal: the frame, for events.
-        """
+        """Confirms, ends, merges and starts tracks; ends a frame."""
         events: list[Event] = []
         for track in self._tracks.values():
             if track.undetected > 0:

@@ -7,8 +7,6 @@ import numpy as np
 from tsr_engine.protocols import NO_CUT_EDGES, Edges
 from tsr_engine.records import FloatArray
 
-__all__ = ["complete_box"]
-
 
 def complete_box(box: FloatArray, expected: FloatArray, cut: Edges) -> tuple[FloatArray, Edges]:
     """Complete a measured box whose edges are partly cut off.

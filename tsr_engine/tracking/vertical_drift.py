@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 
-__all__ = ["VerticalDriftFilter"]
-
 _MIN_SHIFT_PX = 1e-6
 """px: a smaller shift means a repeated picture or an unknown shift."""
 

@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from app.scene3d.colours import Entry
+from app.scene3d.colours import ByteArray, Entry, Rgb
 from app.scene3d.data import DetectionPoints, Scene3dData
 from app.scene3d.prior import Prior
 from app.scene3d.view_state import ViewState
+from tsr_engine.records import FloatArray
 
 if TYPE_CHECKING:
     import viser
-
-__all__ = ["ENGINE_NOTE", "Image", "InitialView", "Scene", "SceneContext", "format_time"]
 
 Image = NDArray[np.uint8]
 ENGINE_NOTE = "Boxes and classes are the engine's; corrections are not drawn."
@@ -72,6 +71,13 @@ class Scene(Protocol):
 
     def clear(self) -> None:
         """Remove everything from the scene."""
+
+
+def add_lines(
+    scene: viser.SceneApi, name: str, segments: FloatArray, colours: Rgb | ByteArray, width: float
+) -> viser.LineSegmentsHandle:
+    """Add segments, shape (n, 2, 3), with lines of a width in px of the screen."""
+    return scene.add_line_segments(name, segments, colours, thickness=width, thickness_units="screen")
 
 
 def remove_nodes(*handles: viser.SceneNodeHandle | None) -> None:

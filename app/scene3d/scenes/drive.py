@@ -10,14 +10,12 @@ from app.scene3d.colours import INK, Entry, Paint, linear, paint
 from app.scene3d.data import UNKNOWN_SIZE
 from app.scene3d.geometry import UPRIGHT, Camera, focal_length, frustum_scale, metric_positions
 from app.scene3d.label_spread import label_offsets, label_text
-from app.scene3d.scenes.base import ENGINE_NOTE, Image, InitialView, SceneContext, remove_nodes
+from app.scene3d.scenes.base import ENGINE_NOTE, Image, InitialView, SceneContext, add_lines, remove_nodes
 from app.scene3d.view_state import ViewState
 from tsr_engine.records import FloatArray
 
 if TYPE_CHECKING:
     import viser
-
-__all__ = ["DriveScene"]
 
 ROAD_LENGTH_M: Final = 80.0
 """Length of the drawn road, m."""
@@ -80,7 +78,7 @@ class DriveScene:
         scene, low = self._context.scene, -CAMERA_HEIGHT
         lines = [[[x, 0, low], [x, ROAD_LENGTH_M, low]] for x in (-10.0, -5.0, 0.0, 5.0, 10.0)]
         lines += [[[-10, y, low], [10, y, low]] for y in np.arange(0, ROAD_LENGTH_M + 1, 10.0)]
-        scene.add_line_segments("/drive/road", np.array(lines), INK.road, thickness=1.4, thickness_units="screen")
+        add_lines(scene, "/drive/road", np.array(lines), INK.road, 1.4)
         for metres in LABELLED_DISTANCES_M:
             scene.add_label(
                 f"/drive/m{metres}", f"{metres} m", position=(10.6, float(metres), low), anchor="center-left"
@@ -135,13 +133,7 @@ class DriveScene:
                 continue
             inks = [np.tile(ink, (len(s), 2, 1)) for s, ink in parts if len(s)]
             self._moving.append(
-                scene.add_line_segments(
-                    f"/drive/{name}",
-                    np.concatenate(lines),
-                    linear(np.concatenate(inks)),
-                    thickness=width,
-                    thickness_units="screen",
-                )
+                add_lines(scene, f"/drive/{name}", np.concatenate(lines), linear(np.concatenate(inks)), width)
             )
 
     def _draw_present(self, signs: list[tuple[int, FloatArray, float]], chosen: int | None) -> None:
@@ -166,9 +158,7 @@ class DriveScene:
         self._moving.append(scene.add_label(f"/drive/label{track}", text, position=(x, y, z), anchor="bottom-center"))
         if lift > 0:
             line = np.array([[top, at]])
-            self._moving.append(
-                scene.add_line_segments(f"/drive/lead{track}", line, INK.road, thickness=1.0, thickness_units="screen")
-            )
+            self._moving.append(add_lines(scene, f"/drive/lead{track}", line, INK.road, 1.0))
 
     def _draw_sign(self, track: int, place: FloatArray, size: float, chosen: bool) -> None:
         data, scene = self._context.data, self._context.scene
@@ -190,16 +180,11 @@ class DriveScene:
                 )
             )
         foot = np.array(
-            [
-                [[x, y, -CAMERA_HEIGHT], [x, y, z]],
-                [[x - 0.4, y, -CAMERA_HEIGHT], [x + 0.4, y, -CAMERA_HEIGHT]],
-            ]
+            [[[x, y, -CAMERA_HEIGHT], [x, y, z]], [[x - 0.4, y, -CAMERA_HEIGHT], [x + 0.4, y, -CAMERA_HEIGHT]]]
         )
         colour = self._paint.rows[int(np.flatnonzero(data.track == track)[0])]
         ink = INK.selected if chosen else (int(colour[0]), int(colour[1]), int(colour[2]))
-        self._moving.append(
-            scene.add_line_segments(f"/drive/foot{track}", foot, ink, thickness=2.0, thickness_units="screen")
-        )
+        self._moving.append(add_lines(scene, f"/drive/foot{track}", foot, ink, 2.0))
 
 
 def _drawn_state(view_state: ViewState) -> tuple[object, ...]:

@@ -8,15 +8,13 @@ import numpy as np
 
 from app.scene3d.colours import INK, Entry, height_colours, linear
 from app.scene3d.geometry import FLAT, grid_lines, surface
-from app.scene3d.scenes.base import Image, InitialView, SceneContext, remove_nodes
+from app.scene3d.scenes.base import Image, InitialView, SceneContext, add_lines, remove_nodes
 from app.scene3d.view_state import ViewState
 from tsr_engine.detection.prior import SpatialPrior, parzen
 from tsr_engine.records import FloatArray
 
 if TYPE_CHECKING:
     import viser
-
-__all__ = ["PriorScene"]
 
 DEPTH: Final = 5.0
 """Length of the floor along y, scene units; the picture's height."""
@@ -86,9 +84,7 @@ class PriorScene:
                 receive_shadow=False,
             )
             lines, values = grid_lines(prior.table, self._width, DEPTH, HEIGHT, every=8, lift=0.004)
-            scene.add_line_segments(
-                "/prior/cloth", lines, linear(height_colours(values)), thickness=1.6, thickness_units="screen"
-            )
+            add_lines(scene, "/prior/cloth", lines, linear(height_colours(values)), 1.6)
             legend += [
                 Entry((253, 231, 37), "prior: signs are usual here (1)"),
                 Entry((52, 76, 138), "prior: rare (0)"),
@@ -102,9 +98,7 @@ class PriorScene:
             chosen = centres[:: max(1, len(centres) // MAX_DENSITY_POINTS)]
             density_lines, _ = grid_lines(parzen(chosen, BANDWIDTH), self._width, DEPTH, HEIGHT, every=10, lift=0.01)
             high = density_lines[..., 2].max(axis=1) > 0.03 * HEIGHT
-            scene.add_line_segments(
-                "/prior/own", density_lines[high], (235, 240, 248), thickness=1.0, thickness_units="screen"
-            )
+            add_lines(scene, "/prior/own", density_lines[high], (235, 240, 248), 1.0)
             legend.append(Entry((235, 240, 248), "where this run's detections are dense"))
         for name, ink, is_shown, text in (
             ("tracked", INK.tracked, detections.tracked, "detection of a confirmed track"),
@@ -135,7 +129,7 @@ class PriorScene:
         posts += [[[-w, -d, 0], [w, -d, 0]], [[w, -d, 0], [w, d, 0]]]
         for value in (0.5, 1.0):
             posts.append([[-w - 0.12, d, value * HEIGHT], [-w, d, value * HEIGHT]])
-        scene.add_line_segments("/prior/axes", np.array(posts), INK.edge, thickness=1.4, thickness_units="screen")
+        add_lines(scene, "/prior/axes", np.array(posts), INK.edge, 1.4)
         for name, text, place, anchor in (
             ("p1", "P = 1", (-w - 0.18, d, HEIGHT), "center-right"),
             ("p05", "0.5", (-w - 0.18, d, HEIGHT / 2), "center-right"),

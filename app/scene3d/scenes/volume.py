@@ -10,13 +10,11 @@ from numpy.typing import NDArray
 from app.scene3d.colours import COLOURS, INK, Paint, linear, paint
 from app.scene3d.geometry import UPRIGHT, Volume, block_positions, nice_step, pick_rows, polyline_ids, simplify_lines
 from app.scene3d.label_spread import label_text
-from app.scene3d.scenes.base import ENGINE_NOTE, Image, InitialView, SceneContext, format_time, remove_nodes
+from app.scene3d.scenes.base import ENGINE_NOTE, Image, InitialView, SceneContext, add_lines, format_time, remove_nodes
 from app.scene3d.view_state import ViewState
 
 if TYPE_CHECKING:
     import viser
-
-__all__ = ["VolumeScene"]
 
 MAX_CORNERS: Final = 3_000
 """Maximum number of corners of all lines. Without a graphics card every triangle takes 20 us, and a piece of line has
@@ -134,13 +132,7 @@ class VolumeScene:
             segments = np.stack([points[starts], points[starts + 1]], axis=1)
             colours = linear(ink[starts])
             self._keep(
-                self._context.scene.add_line_segments(
-                    "/volume/lines",
-                    segments,
-                    np.stack([colours, colours], axis=1),
-                    thickness=2.2,
-                    thickness_units="screen",
-                )
+                add_lines(self._context.scene, "/volume/lines", segments, np.stack([colours, colours], axis=1), 2.2)
             )
         self._draw_box()
         self._draw_ticks()
@@ -156,7 +148,7 @@ class VolumeScene:
         edges = np.stack([corners[[a for a, _ in pairs]], corners[[b for _, b in pairs]]], axis=1)
         scene = self._context.scene
         self._keep(
-            scene.add_line_segments("/volume/box", edges, INK.edge, thickness=1.4, thickness_units="screen"),
+            add_lines(scene, "/volume/box", edges, INK.edge, 1.4),
             scene.add_label("/volume/x", f"x → {volume.width} px", position=(0.0, -d, -h - 0.3), anchor="top-center"),
             scene.add_label(
                 "/volume/z", f"y ↓ {volume.height} px", position=(-w - 0.2, -d, 0.0), anchor="center-right"
@@ -174,11 +166,7 @@ class VolumeScene:
             text = format_time(moment, tenths=step < 1)
             self._keep(scene.add_label(f"/volume/t{i}", text, position=(w + 0.25, y, -h), anchor="center-left"))
         if floor:
-            self._keep(
-                scene.add_line_segments(
-                    "/volume/floor", np.array(floor), INK.tick, thickness=1.0, thickness_units="screen"
-                )
-            )
+            self._keep(add_lines(scene, "/volume/floor", np.array(floor), INK.tick, 1.0))
         end = volume.depth / 2
         self._keep(scene.add_label("/volume/t", "time →", position=(-w, end, h + 0.15), anchor="bottom-center"))
 
@@ -208,9 +196,7 @@ class VolumeScene:
         if self._label is None or self._outline is None:
             corners = np.array([[-w, 0, -h], [w, 0, -h], [w, 0, h], [-w, 0, h]])
             edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
-            self._outline = scene.add_line_segments(
-                "/volume/outline", edges, INK.frame, thickness=2.0, thickness_units="screen"
-            )
+            self._outline = add_lines(scene, "/volume/outline", edges, INK.frame, 2.0)
             self._label = scene.add_label("/volume/now", text, position=place, anchor="bottom-center")
         else:
             self._label.text, self._label.position = text, place
@@ -265,11 +251,7 @@ class VolumeScene:
         points = self.volume.positions(data.boxes[rows], data.seconds(data.frame[rows]))
         if len(rows) > 1:
             segments = np.stack([points[:-1], points[1:]], axis=1)
-            self._selection.append(
-                self._context.scene.add_line_segments(
-                    "/volume/chosen", segments, INK.selected, thickness=5.0, thickness_units="screen"
-                )
-            )
+            self._selection.append(add_lines(self._context.scene, "/volume/chosen", segments, INK.selected, 5.0))
         sign = data.sign(chosen)
         name = "not recognised" if sign is None else sign.name
         self._selection.append(

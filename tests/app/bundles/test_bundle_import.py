@@ -26,7 +26,7 @@ from tests.app.bundles.toy_bundle import FIRST, STOP, WRONG, ToyBundle
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tsr_engine.bundle import bundle_params, make_bundle, open_bundle, replay_bundle
-from tsr_engine.bundle.make import BundleRequest
+from tsr_engine.bundle.request import BundleRequest
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.video import open_video
 

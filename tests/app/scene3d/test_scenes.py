@@ -14,7 +14,7 @@ from app.scene3d.data import DetectionPoints, Scene3dData, Sign
 from app.scene3d.prior import Prior
 from app.scene3d.scenes.base import SceneContext
 from app.scene3d.scenes.volume import MAX_BLOCKS, MAX_CORNERS
-from app.scene3d.view import SCENES
+from app.scene3d.view import SCENES, View
 from app.scene3d.view_state import MODES, Mode, ViewState
 from app.scene3d.viser_host import ViserHost
 from tsr_engine.detection.prior import SpatialPrior, parzen
@@ -89,6 +89,33 @@ def test_every_scene_of_every_run_is_drawn_moved_and_removed(host: ViserHost, mo
     assert f"/{mode}" in host.server.scene._handle_from_node_name
     scene.clear()
     assert not [name for name in host.server.scene._handle_from_node_name if name.startswith(f"/{mode}")]
+
+
+def test_a_scene_that_could_not_be_drawn_is_made_anew() -> None:
+    failures = [OSError("the evidence is locked")]
+
+    def context(scene: Any) -> SceneContext:
+        stage = make_stage(scene, make_data(3))
+        detections = stage.detections
+
+        def locked_once() -> DetectionPoints:
+            if failures:
+                raise failures.pop()
+            return detections()
+
+        stage.detections = locked_once
+        return stage
+
+    view = View(make_data(3), context, lambda frame: PICTURE, ViewState(mode="prior"), lambda mode: None, "run")
+    try:
+        assert view.wait(60)
+        assert not failures
+        assert view.gui.legend.content == ""
+        view.request(frame=3)
+        assert view.wait(60)
+        assert "detections are dense" in view.gui.legend.content
+    finally:
+        view.stop()
 
 
 def test_a_run_without_a_prior_says_so(host: ViserHost) -> None:
