@@ -17,7 +17,7 @@ class OutputView(Model):
     kind: str
     run_id: str | None
     name: str
-    """Size of the file, bytes."""
+    """Name of the file."""
     state: str
     error: str | None
     options: JsonObject

@@ -39,7 +39,7 @@ class ExportAge(Model):
     undone: int
     """Number of its edits that were undone since."""
     gone: list[str]
-    """Number of its videos whose run was removed."""
+    """Names of its videos whose run was removed."""
 
 
 class TrainingSources(Model):

@@ -497,7 +497,7 @@ export interface components {
             edits: number;
             /** @description Number of its edits that were undone since. */
             undone: number;
-            /** @description Number of its videos whose run was removed. */
+            /** @description Names of its videos whose run was removed. */
             gone: string[];
         };
         /** @description What to export, and how. */
@@ -1278,7 +1278,7 @@ export interface components {
             id: string;
             kind: string;
             run_id: string | null;
-            /** @description Size of the file, bytes. */
+            /** @description Name of the file. */
             name: string;
             state: string;
             error: string | null;
