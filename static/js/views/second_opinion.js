@@ -57,6 +57,7 @@ export function createSecondOpinionForm(app, signal) {
     });
     /** @param {number|null} label */
     const sendAnswer = async (label) => {
+      for (const button of buttons) button.disabled = true; // a second click would answer twice
       try {
         await app.api.answerSecondOpinion(look.id, label, { signal });
         await showNext();
@@ -72,6 +73,11 @@ export function createSecondOpinionForm(app, signal) {
       if (label) void sendAnswer(label.id);
       else alert.textContent = 'Choose one of the labels.';
     };
+    const buttons = [
+      h('button.btn.btn-primary', { type: 'submit' }, 'Confirm'),
+      h('button.btn', { onclick: () => void sendAnswer(NO_CLASS) }, 'None of the labels'),
+      h('button.btn', { onclick: () => void sendAnswer(null) }, 'No sign'),
+    ];
     return [
       h('h2', 'Second opinion ', h('span.muted.small', `${plural(left, 'sign')} left`)),
       h('p.muted.small', 'Somebody has accepted this sign. Say what you see; their answer is not shown.'),
@@ -87,9 +93,7 @@ export function createSecondOpinionForm(app, signal) {
         { onsubmit: submit },
         input,
         names,
-        h('button.btn.btn-primary', { type: 'submit' }, 'Confirm'),
-        h('button.btn', { onclick: () => void sendAnswer(NO_CLASS) }, 'None of the labels'),
-        h('button.btn', { onclick: () => void sendAnswer(null) }, 'No sign'),
+        ...buttons,
       ),
       alert,
     ];

@@ -24,15 +24,17 @@ export function createTeam(app) {
   const container = h('div.library-inner.page-inner');
   const element = h('div.library', container);
   /** @type {string|null} */ let shownKey = null;
+  let latestRequest = 0;
 
   /** @param {string|null} person */
   async function load(person) {
+    const request = ++latestRequest;
     fill(container, h('div.library-notice', loadingState('Loading the figures', { signal, retry: () => void load(person) })));
     try {
       const sections = person === null ? await loadTeam() : renderActivity(app, await app.api.activity(person, null, { signal }), signal);
-      fill(container, ...sections);
+      if (request === latestRequest) fill(container, ...sections);
     } catch (thrown) {
-      if (signal.aborted) return;
+      if (signal.aborted || request !== latestRequest) return;
       fill(
         container,
         h(
@@ -158,13 +160,17 @@ function renderActivity(app, activity, signal) {
     {
       hidden: cursor === null,
       onclick: async () => {
+        more.disabled = true; // a second click would append the same rows again
         try {
           const next = await app.api.activity(worker.name, cursor, { signal });
           cursor = next.more;
           more.hidden = cursor === null;
           list.append(...next.done.map(activityRow));
+          problem.textContent = '';
         } catch (thrown) {
           if (!signal.aborted) problem.textContent = errorMessage(thrown);
+        } finally {
+          more.disabled = false;
         }
       },
     },

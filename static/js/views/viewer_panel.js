@@ -64,6 +64,7 @@ export function createViewerPanel(app, onResize) {
   /** @type {State|null} */
   let lastState = null;
   let isEnlarged = false;
+  let latestRequest = 0;
 
   /** @param {boolean} value */
   function setEnlarged(value) {
@@ -74,6 +75,7 @@ export function createViewerPanel(app, onResize) {
 
   /** @param {'recording'|'scene3d'|null} kind */
   async function open(kind) {
+    const request = ++latestRequest;
     view?.destroy();
     view = null;
     shownKind = kind;
@@ -88,7 +90,7 @@ export function createViewerPanel(app, onResize) {
     fill(container, loadingState('Loading the view', { signal: app.signal }));
     try {
       const created = await KINDS[kind].create(app);
-      if (shownKind !== kind) {
+      if (request !== latestRequest) {
         created.destroy();
         return;
       }
@@ -96,7 +98,7 @@ export function createViewerPanel(app, onResize) {
       fill(container, created.element);
       if (lastState) created.update(lastState);
     } catch (thrown) {
-      if (shownKind === kind)
+      if (request === latestRequest)
         fill(
           container,
           errorState('The view cannot be shown', thrown, () => open(kind)),
@@ -113,9 +115,8 @@ export function createViewerPanel(app, onResize) {
       else view?.update(state);
     },
     destroy() {
-      shownKind = null;
+      latestRequest += 1;
       view?.destroy();
-      element.remove();
     },
   };
 }

@@ -20,6 +20,7 @@ export function addVideoDialog({ app, close, signal }) {
   /** Paths of all videos in this folder. @type {readonly string[]} */
   let folderPaths = [];
   let folderPath = '';
+  let latestRequest = 0;
   const pathInput = h('input.input.grow', {
     type: 'text',
     id: 'add-path',
@@ -65,11 +66,13 @@ export function addVideoDialog({ app, close, signal }) {
 
   /** @param {string|null} path */
   async function open(path) {
+    const request = ++latestRequest;
     folderPaths = [];
     choose([]);
     list.replaceChildren(loadingState('Reading the folder', { signal, retry: () => open(path) }));
     try {
       const folder = await app.api.browse(path, { signal });
+      if (request !== latestRequest) return; // another folder has been opened meanwhile
       folderPath = folder.path;
       folderPaths = folder.videos.map((video) => video.path);
       const { parent } = folder;
@@ -89,7 +92,7 @@ export function addVideoDialog({ app, close, signal }) {
       );
       choose([]);
     } catch (thrown) {
-      if (signal.aborted) return;
+      if (signal.aborted || request !== latestRequest) return;
       fill(list);
       showError(thrown);
     }

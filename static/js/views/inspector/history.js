@@ -50,8 +50,16 @@ export function createHistory(app, signal) {
     if (!section.open || shownKey === '' || (reload && loadedKey === shownKey)) return;
     const requestedKey = shownKey;
     const [run, key] = requestedKey.split(' ');
+    if (reload) {
+      cursor = null;
+      // the rows of another track must not stay if this request fails
+      if (!loadedKey.startsWith(`${run} ${key} `)) {
+        fill(list);
+        more.hidden = true;
+      }
+    }
     loadedKey = requestedKey;
-    if (reload) cursor = null;
+    more.disabled = true; // a second click would append the same rows again
     try {
       const found = await app.api.trackHistory(run, key, cursor, { signal });
       if (shownKey !== requestedKey) return;
@@ -64,6 +72,8 @@ export function createHistory(app, signal) {
       if (signal.aborted || shownKey !== requestedKey) return;
       loadedKey = '';
       notice.textContent = errorMessage(thrown);
+    } finally {
+      if (shownKey === requestedKey) more.disabled = false;
     }
   }
 
