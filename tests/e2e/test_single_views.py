@@ -142,6 +142,22 @@ def test_the_history_of_another_track_does_not_stay(page: Page) -> None:
     assert result(page, body) == [1, 0]
 
 
+def test_a_refusal_after_the_end_of_its_dialog_is_shown(page: Page) -> None:
+    body = """
+    const { confirmDialog } = await load('dialogs/confirm.js');
+    const [end, request, told] = [new AbortController(), later(), []];
+    document.addEventListener('tsr-toast', ({ detail }) => told.push(detail), { once: true });
+    const data = { title: '', text: '', confirm: 'Remove', run: () => request.promise };
+    const { footer } = confirmDialog({ data, close: () => {}, signal: end.signal });
+    footer[1].click();
+    end.abort();
+    const { ApiError } = await import('/static/js/api/errors.js');
+    request.reject(new ApiError(409, 'busy', 'A run is in progress.'));
+    await settle();
+    return told.map(({ text, tone }) => [text, tone]);"""
+    assert result(page, body) == [["A run is in progress.", "bad"]]
+
+
 def test_the_folder_that_was_opened_last_is_shown(page: Page) -> None:
     body = """
     const { addVideoDialog } = await load('dialogs/add_video.js');

@@ -3,6 +3,7 @@
 
 import { errorMessage } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
+import { toast } from '../../core/toast.js';
 
 /**
  * @param {import('./index.js').DialogSetup<'confirm'>} setup
@@ -26,6 +27,8 @@ export function confirmDialog({ data, close, signal }) {
       confirmButton.disabled = false;
       errorText.hidden = false;
       setText(errorText, errorMessage(thrown));
+      // the action goes on after its dialog is closed
+      if (signal.aborted) toast(errorMessage(thrown), { tone: 'bad' });
     }
   }
 
