@@ -189,3 +189,49 @@ def test_a_view_beside_the_picture_that_is_opened_again_exists_once(page: Page) 
     window.addEventListener = add;
     return [signals.length, signals.filter(({ aborted }) => !aborted).length];"""
     assert result(page, body) == [2, 1]
+
+
+def test_the_offer_to_record_names_the_frames_that_it_records(page: Page) -> None:
+    body = """
+    const { createRecordingView } = await load('recording/index.js');
+    const { fetch } = globalThis;
+    globalThis.fetch = async () => new Response('{"outputs": []}', { headers: { 'Content-Type': 'application/json' } });
+    const view = createRecordingView(stub({}, { base: '/api' }));
+    globalThis.fetch = fetch;
+    const shown = [];
+    for (const [id, frame] of [['a', 500], ['a', 10], ['b', 500], ['b', 10]]) {
+      view.update({ outputs: null, review: { frame, selected: null, run: { id, first: 0, frames_done: 1000 } } });
+      await settle();
+      shown.push(view.element.querySelector('.empty-actions').textContent);
+    }
+    return shown;"""
+    assert result(page, body) == ["Record frames 350 to 649", "Record frames 0 to 299"] * 2
+
+
+def test_a_list_without_files_names_the_chosen_kind(page: Page) -> None:
+    body = """
+    const { createFiles } = await load('files.js');
+    const state = { outputs: [], videos: [], runs: {} };
+    const view = createFiles(stub(state, { outputs: async () => [] }));
+    view.update(state);
+    const kinds = view.element.querySelector('select');
+    return ['export', 'recording', ''].map((kind) => {
+      kinds.value = kind;
+      kinds.dispatchEvent(new Event('change'));
+      return view.element.querySelector('h2').textContent;
+    });"""
+    assert result(page, body) == ["No exports yet", "No recordings yet", "No files yet"]
+
+
+def test_a_renamed_run_has_its_new_name_everywhere(page: Page) -> None:
+    body = """
+    const { createRunItem, updateRunItem } = await load('dialogs/run_item.js');
+    const run = { id: 'r', video_id: 'v', name: 'old', kind: 'engine', state: 'complete', first: 0, stop: null };
+    const renamed = { ...run, name: 'fresh', parameters: {}, models: {}, summary: {}, frames_done: 1 };
+    const app = stub({ runs: { v: [renamed] }, review: null, models: null }, {});
+    const item = createRunItem({ app, close: () => {}, signal }, run);
+    updateRunItem({ app }, item, { run: renamed, isWhatIf: false, whatifs: 1 });
+    for (const name of ['whatifs', 'remove']) item.querySelector(`.run-${name}`).click();
+    const labels = ['rename', 'remove', 'new-name'].map((name) => item.querySelector(`.run-${name}`).ariaLabel);
+    return [...labels, ...app.dispatched.map(({ data }) => data.text)].map((text) => /old|fresh/.exec(text)[0]);"""
+    assert result(page, body) == ["fresh"] * 5

@@ -55,9 +55,8 @@ export function createFiles(app) {
   );
   /** @type {WeakMap<HTMLElement, ReturnType<typeof createOutputRow>>} */
   const rows = new WeakMap();
-  /** @type {Output[]|null} */
-  let shownOutputs = null;
-  let noticeKind = 'waiting';
+  /** The title of the notice; empty: it waits, or shows an error. */
+  let noticeTitle = '';
 
   async function load() {
     try {
@@ -71,7 +70,7 @@ export function createFiles(app) {
       }
     } catch (thrown) {
       if (signal.aborted) return;
-      noticeKind = 'error';
+      noticeTitle = '';
       notice.hidden = false;
       notice.replaceChildren(errorState('The files could not be listed', thrown, () => load()));
     }
@@ -96,29 +95,26 @@ export function createFiles(app) {
     );
     list.hidden = listed.length === 0;
     notice.hidden = listed.length > 0;
-    const nextKind = listed.length ? 'none' : kindSelect.value ? 'kind' : 'empty';
-    if (nextKind === noticeKind) return;
-    noticeKind = nextKind;
-    if (nextKind !== 'none') {
-      notice.replaceChildren(
-        emptyState({
-          icon: 'folder',
-          title:
-            nextKind === 'kind'
-              ? `No ${KINDS[/** @type {Output['kind']} */ (kindSelect.value)].pluralName.toLowerCase()} yet`
-              : 'No files yet',
-          text: 'Exports, recordings, bug bundles and 3-D pages are listed here for download or removal.',
-          actions: [
-            h(
-              'button.btn.btn-primary',
-              { onclick: () => store.dispatch(openDialog, { kind: 'export' }) },
-              icon('export'),
-              'Export annotations',
-            ),
-          ],
-        }),
-      );
-    }
+    if (listed.length > 0) return;
+    const kind = kindSelect.value ? KINDS[/** @type {Output['kind']} */ (kindSelect.value)].pluralName.toLowerCase() : 'files';
+    const title = `No ${kind} yet`;
+    if (title === noticeTitle) return;
+    noticeTitle = title;
+    notice.replaceChildren(
+      emptyState({
+        icon: 'folder',
+        title,
+        text: 'Exports, recordings, bug bundles and 3-D pages are listed here for download or removal.',
+        actions: [
+          h(
+            'button.btn.btn-primary',
+            { onclick: () => store.dispatch(openDialog, { kind: 'export' }) },
+            icon('export'),
+            'Export annotations',
+          ),
+        ],
+      }),
+    );
   }
 
   void load();
@@ -127,16 +123,8 @@ export function createFiles(app) {
   return {
     element,
     update(state) {
-      if (
-        lastState &&
-        lastState.outputs === state.outputs &&
-        lastState.runs === state.runs &&
-        lastState.videos === state.videos &&
-        shownOutputs === state.outputs
-      )
-        return;
-      [lastState, shownOutputs] = [state, state.outputs];
-      show();
+      if (lastState?.outputs !== state.outputs || lastState?.runs !== state.runs || lastState?.videos !== state.videos) show();
+      lastState = state;
     },
     destroy() {
       lifetime.abort();

@@ -46,7 +46,7 @@ export function createRecordingView(app) {
   let selectedInViewer = null;
   /** @type {string|null} */
   let sentSelection = null;
-  /** @type {{frame: number, stop: number}|null} */
+  /** The frames of the button that makes a recording. @type {import('./ranges.js').Range|null} */
   let offeredRange = null;
 
   const recordingSelect = h('select.input.recording-choose', {
@@ -104,6 +104,7 @@ export function createRecordingView(app) {
     closeViewer();
     current = null;
     const range = rangeToRecord();
+    offeredRange = range;
     fill(
       body,
       emptyState({
@@ -289,9 +290,7 @@ export function createRecordingView(app) {
       return;
     }
     const range = rangeToRecord();
-    if (range?.first === offeredRange?.frame && range?.stop === offeredRange?.stop) return;
-    offeredRange = range && { frame: range.first, stop: range.stop };
-    offerRecording();
+    if (range?.first !== offeredRange?.first || range?.stop !== offeredRange?.stop) offerRecording();
   }
 }
 
