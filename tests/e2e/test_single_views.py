@@ -235,3 +235,23 @@ def test_a_renamed_run_has_its_new_name_everywhere(page: Page) -> None:
     const labels = ['rename', 'remove', 'new-name'].map((name) => item.querySelector(`.run-${name}`).ariaLabel);
     return [...labels, ...app.dispatched.map(({ data }) => data.text)].map((text) => /old|fresh/.exec(text)[0]);"""
     assert result(page, body) == ["fresh"] * 5
+
+
+def test_deleting_a_ground_truth_leaves_the_shown_one(page: Page) -> None:
+    body = """
+    const { groundTruthsDialog } = await load('dialogs/ground_truths.js');
+    const groundTruths = ['shown', 'other'].map((id) => ({ id, name: id, count: 1 }));
+    const calls = [];
+    const app = stub({ review: { video: { id: 'v' }, truthId: 'shown' } }, {
+      groundTruths: async () => groundTruths,
+      removeTruth: async () => {},
+    }, { loader: { showTruth: (id) => calls.push(id) } });
+    const { body } = groundTruthsDialog({ app, data: { video: 'v' }, close: () => {}, signal });
+    await settle();
+    for (const name of ['other', 'shown']) body.querySelector(`[aria-label="Delete ${name}"]`).click();
+    for (const { data } of app.dispatched) {
+      await data.run();
+      calls.push(data.text.split(' ')[0]);
+    }
+    return calls;"""
+    assert result(page, body) == ["other", None, "shown"]

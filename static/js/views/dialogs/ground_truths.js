@@ -84,7 +84,7 @@ export function groundTruthsDialog({ app, data, close, signal }) {
         text: `${truth.name} with ${plural(truth.count, 'box', 'boxes')} will be deleted. Runs and corrections stay.`,
         run: async () => {
           await api.removeTruth(truth.id);
-          if (store.get().review?.video.id === data.video) app.loader.showTruth(null);
+          if (store.get().review?.truthId === truth.id) app.loader.showTruth(null);
           toast(`${truth.name} was deleted.`);
         },
       },
