@@ -255,3 +255,25 @@ def test_deleting_a_ground_truth_leaves_the_shown_one(page: Page) -> None:
     }
     return calls;"""
     assert result(page, body) == ["other", None, "shown"]
+
+
+def test_a_comparison_uses_the_labels_of_its_video(page: Page) -> None:
+    body = """
+    const { createCompare } = await load('compare.js');
+    const label = (name) => ({ id: 3, key: name, name, picture: null, merged_into: null, hidden: false });
+    const places = { frames: [0], lasts: [0], tracks: ['m1'], partners: [null], pairs: [] };
+    const cell = { reference: 3, candidate: 3, count: 1, ...places };
+    const side = (name) => ({ name, kind: 'run', tracks: 1, boxes: 1, names: {}, edited: false });
+    const compare = async (reference, candidate) => ({
+      reference, candidate, video_id: 'v', first: 0, last: 9, figures: {},
+      sides: { reference: side('a'), candidate: side('b') },
+      confusion: { classes: [3], cells: [cell], words: {} },
+    });
+    const labels = async (video) => [label(video === 'v' ? 'moose' : 'other')];
+    const route = { screen: 'compare', a: 'run:a', b: 'run:b' };
+    const state = { labels: [label('kangaroo')], runs: { v: [] }, models: null, videos: [], route };
+    const view = createCompare(stub(state, { compare, labels }));
+    view.update(state);
+    await settle();
+    return view.element.querySelector('.matrix-head').textContent;"""
+    assert result(page, body) == "moose"

@@ -48,7 +48,8 @@ export function createCompare(app) {
     );
     try {
       const comparison = await app.api.compare(a, b, { signal: requestSignal });
-      const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels(null, { signal: requestSignal });
+      // those in the store belong to the library's set, which the video need not use
+      const labels = await app.api.labels(comparison.video_id, { signal: requestSignal });
       if (requestSignal.aborted) return;
       show(comparison, a, b, labels);
       showRuns(app.store.get());
