@@ -12,8 +12,8 @@ import { icon } from './icons.js';
 
 /** @typedef {import('../state-types.js').Route} Route */
 
-/** ms */
 const TOAST_DURATION_MS = 6000;
+const MAX_TOASTS = 4;
 
 /**
  * @param {{signal: AbortSignal}} app
@@ -23,8 +23,8 @@ export function createToasts(app) {
   const element = h('div.toasts', { role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices' });
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
-  /** Notices that end with the next edit or screen: their screen, and the function that ends them. @type {Map<HTMLElement, {route: Route, close: () => void}>} */
-  const temporary = new Map();
+  /** Shown notices, oldest first; route: the screen of one that ends with the next edit or screen, else null. @type {Set<{topic: string, route: Route|null, close: () => void}>} */
+  const shown = new Set();
   /** @type {Route|null} */
   let route = null;
 
@@ -43,7 +43,7 @@ export function createToasts(app) {
   function show({ text, tone = 'info', action, topic, stays = tone === 'bad' }) {
     const close = () => {
       clearTimeout(timer);
-      temporary.delete(item);
+      shown.delete(entry);
       item.remove();
     };
     const item = h(
@@ -70,17 +70,16 @@ export function createToasts(app) {
     item.addEventListener('pointerleave', () => {
       timer = setTimeout(close, TOAST_DURATION_MS);
     });
-    item.dataset.topic = topic ?? text;
-    if (!stays) temporary.set(item, { route: parseRoute(location.hash), close });
-    for (const older of element.querySelectorAll('.toast'))
-      if (/** @type {HTMLElement} */ (older).dataset.topic === item.dataset.topic) older.remove();
+    const entry = { topic: topic ?? text, route: stays ? null : parseRoute(location.hash), close };
+    for (const older of [...shown]) if (older.topic === entry.topic) older.close();
+    shown.add(entry);
     position();
     element.append(item);
-    while (element.childElementCount > 4) element.firstElementChild?.remove();
+    for (const older of [...shown].slice(0, -MAX_TOASTS)) older.close();
   }
 
   document.addEventListener(TOAST, (event) => show(/** @type {CustomEvent} */ (event).detail), { signal });
-  document.addEventListener(TOAST_END, () => [...temporary.values()].forEach(({ close }) => close()), { signal });
+  document.addEventListener(TOAST_END, () => [...shown].forEach(({ route, close }) => route && close()), { signal });
   addEventListener('resize', position, { signal });
   return {
     element,
@@ -88,7 +87,7 @@ export function createToasts(app) {
       if (state.route === route) return;
       route = state.route;
       if (element.childElementCount > 0) position();
-      for (const shown of [...temporary.values()]) if (!isSameView(shown.route, state.route, state.review?.run?.id ?? null)) shown.close();
+      for (const { route: from, close } of [...shown]) if (from && !isSameView(from, state.route, state.review?.run?.id ?? null)) close();
     },
     destroy: () => lifetime.abort(),
   };
