@@ -32,10 +32,7 @@ export async function changeAssignment(app, assignment, change, notice) {
   }
 }
 
-/**
- * @param {import('../page-types.js').App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreatePart} */
 export function createAssignmentStrip(app) {
   const element = h('section.work-strip', { 'aria-label': 'Assignment', hidden: true });
   let shownKey = '';
@@ -116,6 +113,5 @@ export function createAssignmentStrip(app) {
           ),
       );
     },
-    destroy: () => element.remove(),
   };
 }

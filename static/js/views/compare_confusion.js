@@ -47,12 +47,7 @@ export function describeCell({ reference, candidate }, labels, engineNames = {})
   return `${reference === null ? 'No sign' : name(reference)}, read as ${name(candidate)}`;
 }
 
-/**
- * @param {Comparison} comparison
- * @param {readonly Label[]} labels
- * @param {(places: Places) => void} onShowPlaces
- * @returns {HTMLElement}
- */
+/** @param {Comparison} comparison @param {readonly Label[]} labels @param {(places: Places) => void} onShowPlaces @returns {HTMLElement} */
 export function createConfusionMatrix(comparison, labels, onShowPlaces) {
   const { rows, columns, cell, maxCount } = arrangeConfusion(comparison.confusion);
   /** @param {number|null} id @param {string} absentText */

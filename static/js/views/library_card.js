@@ -55,17 +55,11 @@ export function createCard(app, initialVideo, onChoose) {
     app.store.dispatch(openDialog, { kind: 'import', data: { video: initialVideo.id, file } });
     return true;
   });
-  /** @type {[Video, Run[]|undefined]|null} */
-  let shown = null;
-  /** @type {string|undefined} */
-  let shownRole;
+  /** @type {[Video, Run[]|undefined]|null} */ let shown = null;
+  /** @type {string|undefined} */ let shownRole;
   let actionsKey = '';
 
-  /**
-   * @param {Video} video
-   * @param {Run[]|undefined} runs
-   * @param {boolean} chosen
-   */
+  /** @param {Video} video @param {Run[]|undefined} runs @param {boolean} chosen */
   function show(video, runs, chosen) {
     assigned.update(video);
     checkbox.checked = chosen;
@@ -111,11 +105,7 @@ export function createCard(app, initialVideo, onChoose) {
   return { element, show };
 }
 
-/**
- * @param {Video} video
- * @param {Run[]|undefined} runs
- * @returns {HTMLElement[]}
- */
+/** @param {Video} video @param {Run[]|undefined} runs @returns {HTMLElement[]} */
 function stateOf(video, runs) {
   const lines = [];
   if (video.missing) {
@@ -152,11 +142,7 @@ function stateOf(video, runs) {
   return lines;
 }
 
-/**
- * @param {'warn'|'bad'} tone
- * @param {string} text
- * @param {string} [title]
- */
+/** @param {'warn'|'bad'} tone @param {string} text @param {string} [title] */
 function message(tone, text, title) {
   return h('p', { class: `card-message card-message-${tone} small`, title }, icon('alert'), h('span', text));
 }
@@ -173,11 +159,7 @@ function meter(part, label, good = false) {
   return element;
 }
 
-/**
- * @param {App} app
- * @param {Video} video
- * @returns {HTMLElement[]}
- */
+/** @param {App} app @param {Video} video @returns {HTMLElement[]} */
 function actionsOf(app, video) {
   const openRuns = () => app.store.dispatch(openDialog, { kind: 'run', data: { video: video.id } });
   const { session } = app.store.get();
@@ -224,22 +206,16 @@ function actionsOf(app, video) {
           title: 'Remove from the library …',
           onclick: () => confirmRemoval(app, video),
         },
-        icon('trash'),
+        icon('delete'),
       ),
     );
   return actions;
 }
 
-/**
- * @param {App} app
- * @param {Video} video
- */
+/** @param {App} app @param {Video} video */
 const retry = (app, video) => toastErrors(() => app.load(() => app.api.addVideo(video.path), putVideo));
 
-/**
- * @param {App} app
- * @param {Video} video
- */
+/** @param {App} app @param {Video} video */
 function confirmRemoval(app, video) {
   const { tracks, reviewed } = video.review;
   const reviewedText = reviewed ? ` (${reviewed} of ${plural(tracks, 'track')} reviewed)` : '';

@@ -6,7 +6,7 @@
 import { errorMessage } from '../api/errors.js';
 import { formatRoute } from '../model/route.js';
 import { trackName } from '../model/track_name.js';
-import { fill, h } from './dom.js';
+import { fill, h, selectInput } from './dom.js';
 import { NO_CLASS } from '../model/documents.js';
 import { count, percent, plural } from '../model/format.js';
 import { imageWithPlaceholder } from './images.js';
@@ -88,13 +88,7 @@ export function createSecondOpinionForm(app, signal) {
         src: app.api.searchCropUrl({ run: look.run_id, frame: look.frame, box: [x1, y1, x2, y2] }, PICTURE_WIDTH_PX),
       }),
       h('p.muted.small', { dir: 'auto' }, `${look.video_name}, frame ${look.frame}`),
-      h(
-        'form.second-opinion-answer',
-        { onsubmit: submit },
-        input,
-        names,
-        ...buttons,
-      ),
+      h('form.second-opinion-answer', { onsubmit: submit }, input, names, ...buttons),
       alert,
     ];
   }
@@ -115,7 +109,10 @@ export function createSecondOpinionForm(app, signal) {
 export function createAgreementSection(app, opinions, people, signal, reload) {
   const { whole } = opinions;
   const status = h('p.small', { role: 'status' });
-  const person = h('select.select', { 'aria-label': 'Person' }, ...people.map((name) => h('option', { value: name }, name)));
+  const person = selectInput(
+    { 'aria-label': 'Person' },
+    people.map((name) => [name, name]),
+  );
   const share = h('input.input', {
     type: 'number',
     min: '0.1',

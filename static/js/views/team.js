@@ -14,10 +14,7 @@ import { pageHeading, tableHeading } from './headings.js';
 
 /** @typedef {import('../types.js').Worker} Worker */
 
-/**
- * @param {import('../page-types.js').App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreateView} */
 export function createTeam(app) {
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
@@ -70,10 +67,7 @@ export function createTeam(app) {
       shownKey = key;
       void load(person);
     },
-    destroy() {
-      lifetime.abort();
-      element.remove();
-    },
+    destroy: () => lifetime.abort(),
   };
 }
 
@@ -143,11 +137,7 @@ function personRow(worker) {
   );
 }
 
-/**
- * @param {import('../page-types.js').App} app
- * @param {import('../types.js').Activity} activity
- * @param {AbortSignal} signal
- */
+/** @param {import('../page-types.js').App} app @param {import('../types.js').Activity} activity @param {AbortSignal} signal */
 function renderActivity(app, activity, signal) {
   const { worker } = activity;
   const perHour = tracksPerHour(worker);

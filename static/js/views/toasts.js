@@ -8,25 +8,19 @@
 import { TOAST_END, TOAST } from '../core/toast.js';
 import { parseRoute, isSameView } from '../model/route.js';
 import { h } from './dom.js';
-import { icon } from './icons.js';
+import { icon, iconButton } from './icons.js';
 
 /** @typedef {import('../state-types.js').Route} Route */
 
 const TOAST_DURATION_MS = 6000;
 const MAX_TOASTS = 4;
 
-/**
- * @param {{signal: AbortSignal}} app
- * @returns {import('../page-types.js').View}
- */
-export function createToasts(app) {
+/** @param {{signal: AbortSignal}} app @returns {import('../page-types.js').Part} */
+export function createToasts({ signal }) {
   const element = h('div.toasts', { role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices' });
-  const lifetime = new AbortController();
-  const signal = AbortSignal.any([lifetime.signal, app.signal]);
   /** Shown notices, oldest first; route: the screen of one that ends with the next edit or screen, else null. @type {Set<{topic: string, route: Route|null, close: () => void}>} */
   const shown = new Set();
-  /** @type {Route|null} */
-  let route = null;
+  /** @type {Route|null} */ let route = null;
 
   /** Over the lower part of the picture, where the road is: signs, lanes and buttons stay visible. */
   function position() {
@@ -62,7 +56,7 @@ export function createToasts(app) {
           },
           action.label,
         ),
-      h('button.btn.btn-quiet.btn-icon.btn-small', { 'aria-label': 'Close this notice', onclick: close }, icon('close')),
+      iconButton('close', 'Close this notice', close, null),
     );
     let timer = setTimeout(close, TOAST_DURATION_MS);
     // A notice stays while the pointer is over it.
@@ -89,6 +83,5 @@ export function createToasts(app) {
       if (element.childElementCount > 0) position();
       for (const { route: from, close } of [...shown]) if (from && !isSameView(from, state.route, state.review?.run?.id ?? null)) close();
     },
-    destroy: () => lifetime.abort(),
   };
 }

@@ -7,7 +7,7 @@
 import { changeReview } from '../store/actions/review.js';
 import { fill, h, setText } from './dom.js';
 import { errorState, loadingState } from './placeholders.js';
-import { icon } from './icons.js';
+import { iconButton } from './icons.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../page-types.js').View} View */
@@ -26,16 +26,8 @@ const KINDS = {
  */
 export function createViewerPanel(app, onResize) {
   const title = h('h2.beside-title.truncate');
-  const enlargeButton = h(
-    'button.btn.btn-quiet.btn-icon.btn-small',
-    {
-      'aria-pressed': 'false',
-      'aria-label': 'Over the whole screen',
-      title: 'Over the whole screen',
-      onclick: () => setEnlarged(!isEnlarged),
-    },
-    icon('fit'),
-  );
+  const enlargeButton = iconButton('fit', 'Over the whole screen', () => setEnlarged(!isEnlarged));
+  enlargeButton.setAttribute('aria-pressed', 'false');
   const container = h('div.beside-body');
   const element = h(
     'section.beside',
@@ -45,24 +37,13 @@ export function createViewerPanel(app, onResize) {
       title,
       h('span.grow'),
       enlargeButton,
-      h(
-        'button.btn.btn-quiet.btn-icon.btn-small',
-        {
-          'aria-label': 'Close this view',
-          title: 'Close this view',
-          onclick: () => app.store.dispatch(changeReview, { beside: null }),
-        },
-        icon('close'),
-      ),
+      iconButton('close', 'Close this view', () => app.store.dispatch(changeReview, { beside: null })),
     ),
     container,
   );
-  /** @type {'recording'|'scene3d'|null} */
-  let shownKind = null;
-  /** @type {View|null} */
-  let view = null;
-  /** @type {State|null} */
-  let lastState = null;
+  /** @type {'recording'|'scene3d'|null} */ let shownKind = null;
+  /** @type {View|null} */ let view = null;
+  /** @type {State|null} */ let lastState = null;
   let isEnlarged = false;
   let latestRequest = 0;
 

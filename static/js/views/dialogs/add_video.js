@@ -9,11 +9,9 @@ import { loadingState } from '../placeholders.js';
 import { bytes, count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { toast } from '../../core/toast.js';
+import { textInput } from './fields.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'add-video'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'add-video'>} */
 export function addVideoDialog({ app, close, signal }) {
   /** Paths of the chosen videos in this folder. @type {readonly string[]} */
   let chosenPaths = [];
@@ -21,10 +19,8 @@ export function addVideoDialog({ app, close, signal }) {
   let folderPaths = [];
   let folderPath = '';
   let latestRequest = 0;
-  const pathInput = h('input.input.grow', {
-    type: 'text',
-    id: 'add-path',
-    autocomplete: 'off',
+  const pathInput = textInput('add-path', {
+    class: 'input grow',
     spellcheck: 'false',
     'aria-describedby': 'add-error add-hint',
     oninput: () => choose([], pathInput.value),

@@ -17,10 +17,7 @@ import { toast } from '../../core/toast.js';
 /** @typedef {import('../../types.js').Run} Run */
 /** @typedef {ReturnType<typeof import('../../model/run_groups.js').listRuns>[number]} Listed */
 
-/**
- * @param {import('./index.js').DialogSetup} setup
- * @param {Run} run
- */
+/** @param {import('./index.js').DialogSetup} setup @param {Run} run */
 export function createRunItem({ app, close, signal }, run) {
   /** The run with its present name. */
   const currentRun = () => app.store.get().runs[run.video_id]?.find(({ id }) => id === run.id) ?? run;
@@ -69,17 +66,13 @@ export function createRunItem({ app, close, signal }, run) {
       h(
         'button.btn.btn-small.btn-quiet.btn-icon.run-remove',
         { title: 'Remove this run …', onclick: () => confirmRemoval(app, currentRun()) },
-        icon('trash'),
+        icon('delete'),
       ),
     ),
   );
 }
 
-/**
- * @param {import('./index.js').DialogSetup} setup
- * @param {HTMLElement} item
- * @param {Listed} listed
- */
+/** @param {import('./index.js').DialogSetup} setup @param {HTMLElement} item @param {Listed} listed */
 export function updateRunItem({ app }, item, { run, isWhatIf: under, whatifs }) {
   /** @param {string} name */
   const find = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
@@ -120,12 +113,7 @@ export function updateRunItem({ app }, item, { run, isWhatIf: under, whatifs }) 
  * @param {Run} run
  */
 function renameField(app, signal, run) {
-  const input = h('input.input.run-new-name.grow', {
-    type: 'text',
-    maxlength: 120,
-    autocomplete: 'off',
-    hidden: true,
-  });
+  const input = h('input.input.run-new-name.grow', { type: 'text', maxlength: 120, autocomplete: 'off', hidden: true });
   const hideField = () => {
     if (input.hidden) return;
     input.hidden = true;
@@ -157,10 +145,7 @@ function beginRename(event) {
   input.select();
 }
 
-/**
- * @param {App} app
- * @param {Run} run
- */
+/** @param {App} app @param {Run} run */
 function confirmRemoval(app, run) {
   app.store.dispatch(openDialog, {
     kind: 'confirm',
@@ -179,10 +164,7 @@ function confirmRemoval(app, run) {
   });
 }
 
-/**
- * @param {App} app
- * @param {Run} run
- */
+/** @param {App} app @param {Run} run */
 function confirmRemovalOfWhatIfs(app, run) {
   app.store.dispatch(openDialog, {
     kind: 'confirm',

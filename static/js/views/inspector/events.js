@@ -2,15 +2,15 @@
 /** One sentence per event of the track, linked to its frame. Repeated events are folded into one line. */
 
 import { groupEvents } from '../../model/event_groups.js';
-import { seek } from '../view_actions.js';
+import { seek } from '../../store/actions/review.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { count } from '../../model/format.js';
 
 /** Number of sentences shown before "Show all". */
 const MAX_SHOWN = 60;
 
-/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
-export function createEvents(app, signal) {
+/** @param {import('../../page-types.js').ViewApp} app */
+export function createEvents(app) {
   const list = h('ol.events');
   const total = h('span.small.muted');
   const more = h('button.btn-link.small', 'Show all');
@@ -19,26 +19,18 @@ export function createEvents(app, signal) {
   /** @type {Set<string>} */ let unfolded = new Set();
   let showsAll = false;
   let frame = 0;
-  more.addEventListener(
-    'click',
-    () => {
-      showsAll = true;
+  more.addEventListener('click', () => {
+    showsAll = true;
+    draw();
+  });
+  list.addEventListener('click', (event) => {
+    const button = /** @type {HTMLElement} */ (event.target).closest('button');
+    if (button?.dataset.frame) app.store.dispatch(seek, Number(button.dataset.frame));
+    if (button?.dataset.fold) {
+      if (!unfolded.delete(button.dataset.fold)) unfolded.add(button.dataset.fold);
       draw();
-    },
-    { signal },
-  );
-  list.addEventListener(
-    'click',
-    (event) => {
-      const button = /** @type {HTMLElement} */ (event.target).closest('button');
-      if (button?.dataset.frame) seek(app, Number(button.dataset.frame));
-      if (button?.dataset.fold) {
-        if (!unfolded.delete(button.dataset.fold)) unfolded.add(button.dataset.fold);
-        draw();
-      }
-    },
-    { signal },
-  );
+    }
+  });
 
   function draw() {
     const lines = (showsAll ? stretches : stretches.slice(0, MAX_SHOWN)).flatMap((stretch, i) => {

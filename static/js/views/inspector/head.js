@@ -18,8 +18,8 @@ const CHOICES = [
   { review: 'needs_work', label: 'Needs work', icon: 'needs_work', key: 'W' },
 ];
 
-/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
-export function createHead(app, signal) {
+/** @param {import('../../page-types.js').ViewApp} app */
+export function createHead(app) {
   const picture = imageWithPlaceholder({ class: 'inspector-picture' });
   const name = h('h2.inspector-name', { dir: 'auto' });
   const sub = h('p.small.muted');
@@ -32,14 +32,10 @@ export function createHead(app, signal) {
   let key = '';
   const buttons = CHOICES.map((choice) => {
     const button = h('button.btn.btn-small', icon(choice.icon), choice.label);
-    button.addEventListener(
-      'click',
-      () => {
-        const { review } = app.store.get();
-        if (review) setVerdict(app, review, key, currentReview === choice.review ? 'open' : choice.review);
-      },
-      { signal },
-    );
+    button.addEventListener('click', () => {
+      const { review } = app.store.get();
+      if (review) setVerdict(app, review, key, currentReview === choice.review ? 'open' : choice.review);
+    });
     return button;
   });
   return {
