@@ -159,33 +159,31 @@ function meter(part, label, good = false) {
   return element;
 }
 
-/** @param {App} app @param {Video} video @returns {HTMLElement[]} */
+/** @param {App} app @param {Video} video */
 function actionsOf(app, video) {
   const openRuns = () => app.store.dispatch(openDialog, { kind: 'run', data: { video: video.id } });
   const { session } = app.store.get();
-  const actions = [];
-  if (video.state === 'ready' && video.latest_run) {
-    actions.push(h('a.btn.btn-primary', { href: reviewAddress(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'));
-    actions.push(
-      h('button.btn', { onclick: openRuns, 'aria-label': `${plural(video.runs, 'run')} of ${video.name}` }, plural(video.runs, 'run')),
-    );
-  } else if (video.state === 'ready') {
-    actions.push(
+  const runsText = plural(video.runs, 'run');
+  const isReady = video.state === 'ready';
+  return [
+    isReady &&
+      video.latest_run &&
+      h('a.btn.btn-primary', { href: reviewAddress(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'),
+    isReady && video.latest_run && h('button.btn', { onclick: openRuns, 'aria-label': `${runsText} of ${video.name}` }, runsText),
+    isReady &&
+      !video.latest_run &&
       h(
         'button.btn.btn-primary',
         { disabled: video.missing, onclick: openRuns, 'aria-label': `Run the engine on ${video.name}` },
         icon('run'),
         'Run the engine',
       ),
-    );
-  } else if (video.state === 'failed' && !video.missing) {
-    actions.push(
+    video.state === 'failed' &&
+      !video.missing &&
       h('button.btn', { onclick: () => retry(app, video), 'aria-label': `Import ${video.name} again` }, icon('refresh'), 'Import again'),
-    );
-  }
-  actions.push(h('span.grow'));
-  if (video.state === 'ready' && hasRole(session, 'reviewer')) {
-    actions.push(
+    h('span.grow'),
+    isReady &&
+      hasRole(session, 'reviewer') &&
       h(
         'button.btn.btn-quiet.btn-icon',
         {
@@ -195,10 +193,7 @@ function actionsOf(app, video) {
         },
         icon('import'),
       ),
-    );
-  }
-  if (hasRole(session, 'admin'))
-    actions.push(
+    hasRole(session, 'admin') &&
       h(
         'button.btn.btn-quiet.btn-icon',
         {
@@ -208,8 +203,7 @@ function actionsOf(app, video) {
         },
         icon('delete'),
       ),
-    );
-  return actions;
+  ];
 }
 
 /** @param {App} app @param {Video} video */

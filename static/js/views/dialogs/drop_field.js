@@ -13,7 +13,6 @@ export function createDropField({ id, label, hint, accept, onChange }) {
     type: 'file',
     id,
     accept,
-
     tabIndex: -1,
     'aria-label': label,
     onchange: () => {

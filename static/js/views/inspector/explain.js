@@ -102,7 +102,6 @@ function symmetryFigure(symmetry, url, floor) {
     'svg.explain-matches',
     {
       viewBox: `0 0 ${width} ${height}`,
-
       role: 'img',
       'aria-label': `${symmetry.matches.length} mirrored pairs of features`,
     },

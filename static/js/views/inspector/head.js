@@ -30,14 +30,14 @@ export function createHead(app) {
   const votes = h('p.small.inspector-votes');
   /** @type {Review} */ let currentReview = 'open';
   let key = '';
-  const buttons = CHOICES.map((choice) => {
-    const button = h('button.btn.btn-small', icon(choice.icon), choice.label);
-    button.addEventListener('click', () => {
-      const { review } = app.store.get();
-      if (review) setVerdict(app, review, key, currentReview === choice.review ? 'open' : choice.review);
-    });
-    return button;
-  });
+  /** @param {Review} choice */
+  const judge = (choice) => {
+    const { review } = app.store.get();
+    if (review) setVerdict(app, review, key, currentReview === choice ? 'open' : choice);
+  };
+  const buttons = CHOICES.map(({ review, label, icon: name }) =>
+    h('button.btn.btn-small', { onclick: () => judge(review) }, icon(name), label),
+  );
   return {
     element: h(
       'div.inspector-head',

@@ -25,7 +25,6 @@ export function createFollowBar(app) {
       'button',
       {
         class: `btn btn-small ${tone}`,
-
         title: operation?.tooltip ?? text,
         onclick: () => operation && runOperation(app, operation, toast),
       },
