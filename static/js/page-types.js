@@ -43,6 +43,9 @@
  * @typedef {Pick<App, 'api'|'load'|'edit'|'notes'> & {store: Pick<import('./state-types.js').Store, 'get'|'dispatch'>}} ViewApp
  */
 
-/** @typedef {{element: HTMLElement, update: (state: import('./state-types.js').State) => void, destroy: () => void}} View */
+/** A part of the page that stays as long as the page. @typedef {{element: HTMLElement, update: (state: import('./state-types.js').State) => void}} Part */
+/** A part that ends; whoever shows it removes its element. @typedef {Part & {destroy: () => void}} View */
+/** @typedef {(app: App) => View} CreateView */
+/** @typedef {(app: App) => Part} CreatePart */
 
 export {};

@@ -32,10 +32,7 @@ export async function changeAssignment(app, assignment, change, notice) {
   }
 }
 
-/**
- * @param {import('../page-types.js').App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreatePart} */
 export function createAssignmentStrip(app) {
   const element = h('section.work-strip', { 'aria-label': 'Assignment', hidden: true });
   let shownKey = '';
@@ -46,40 +43,23 @@ export function createAssignmentStrip(app) {
 
   /** @param {Assignment} assignment @param {boolean} isOwn @param {boolean} isReviewer */
   function actions(assignment, isOwn, isReviewer) {
-    const buttons = [];
-    if (isOwn && (assignment.state === 'assigned' || assignment.state === 'returned'))
-      buttons.push(
-        button(
-          'Hand in',
-          'Finish your work and pass it to a reviewer',
-          () => void changeAssignment(app, assignment, { state: 'in_review' }, 'Your work is handed in.'),
-          true,
-        ),
-      );
-    if (isOwn && assignment.state === 'in_review')
-      buttons.push(
-        button(
-          'Take back',
-          'Continue to work on it',
-          () => void changeAssignment(app, assignment, { state: 'assigned' }, 'The work is yours again.'),
-        ),
-      );
-    if (isReviewer && assignment.state === 'in_review') {
-      buttons.push(
-        button(
-          'Done',
-          'Nothing is left to do',
-          () => void changeAssignment(app, assignment, { state: 'done' }, `The work of ${assignment.person} is marked as done.`),
-          !isOwn,
-        ),
-      );
-      buttons.push(
+    const { person, state } = assignment;
+    /** @param {Assignment['state']} to @param {string} notice */
+    const change = (to, notice) => void changeAssignment(app, assignment, { state: to }, notice);
+    return [
+      isOwn &&
+        (state === 'assigned' || state === 'returned') &&
+        button('Hand in', 'Finish your work and pass it to a reviewer', () => change('in_review', 'Your work is handed in.'), true),
+      isOwn && state === 'in_review' && button('Take back', 'Continue to work on it', () => change('assigned', 'The work is yours again.')),
+      isReviewer &&
+        state === 'in_review' &&
+        button('Done', 'Nothing is left to do', () => change('done', `The work of ${person} is marked as done.`), !isOwn),
+      isReviewer &&
+        state === 'in_review' &&
         button('Return …', 'Return it with a comment on what to do again', () =>
           app.store.dispatch(openDialog, { kind: 'return-work', data: { assignment } }),
         ),
-      );
-    }
-    return buttons;
+    ];
   }
 
   return {
@@ -116,6 +96,5 @@ export function createAssignmentStrip(app) {
           ),
       );
     },
-    destroy: () => element.remove(),
   };
 }

@@ -3,19 +3,15 @@
 
 import { hideBanner } from '../store/actions/page.js';
 import { h, reconcile, setText } from './dom.js';
-import { icon } from './icons.js';
+import { icon, iconButton } from './icons.js';
 import { dismiss } from '../core/preferences.js';
 
 /** @typedef {import('../state-types.js').Banner} Banner */
 
-/**
- * @param {import('../page-types.js').App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreatePart} */
 export function createBanners(app) {
   const element = h('section.banners', { 'aria-label': 'Warnings', hidden: true });
-  /** @type {readonly Banner[]|null} */
-  let shownBanners = null;
+  /** @type {readonly Banner[]|null} */ let shownBanners = null;
 
   /** @param {Banner} banner */
   function createBanner(banner) {
@@ -26,16 +22,14 @@ export function createBanners(app) {
       icon(banner.id === 'offline' ? 'offline' : banner.tone === 'info' ? 'info' : 'alert'),
       h('span.banner-text.grow'),
       operation && h('button.btn.btn-small', { title: operation.tooltip, onclick: () => operation.run(app) }, banner.action?.label),
-      h(
-        'button.btn.btn-quiet.btn-icon.btn-small',
-        {
-          'aria-label': 'Hide this warning',
-          onclick: () => {
-            if (banner.once) dismiss(banner.once);
-            app.store.dispatch(hideBanner, banner.id);
-          },
+      iconButton(
+        'close',
+        'Hide this warning',
+        () => {
+          if (banner.once) dismiss(banner.once);
+          app.store.dispatch(hideBanner, banner.id);
         },
-        icon('close'),
+        null,
       ),
     );
   }
@@ -57,6 +51,5 @@ export function createBanners(app) {
         },
       );
     },
-    destroy: () => element.remove(),
   };
 }

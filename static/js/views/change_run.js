@@ -5,7 +5,7 @@ import { putRun } from '../store/actions/page.js';
 import { toastErrors } from './toast_errors.js';
 
 /**
- * @param {Pick<import('./view_actions.js').ViewApp, 'load'>} app
+ * @param {Pick<import('../page-types.js').ViewApp, 'load'>} app
  * @param {() => Promise<import('../types.js').Run>} call
  * @param {AbortSignal} [signal]   of a dialog; a refusal after its end is not shown
  */

@@ -1,7 +1,7 @@
 // @ts-check
 /** Comparison of two versions of one video: figures, confusion of classes, and the places behind every number. */
 
-import { openDialog, setRuns } from '../store/actions/page.js';
+import { openDialog } from '../store/actions/page.js';
 import { createConfusionMatrix } from './compare_confusion.js';
 import { createFigures } from './compare_figures.js';
 import { createPlaceList } from './compare_places.js';
@@ -11,6 +11,7 @@ import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { describeRunModels } from './model_version_text.js';
 import { runInexact } from '../model/describe_run.js';
+import { loadMissingRuns } from './load_runs.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../api/compare-types.js').Comparison} Comparison */
@@ -21,17 +22,13 @@ let lastShown = null;
 
 const KINDS = /** @type {Record<string, string>} */ ({ run: 'Run', annotation: 'Corrections', truth: 'Ground truth' });
 
-/**
- * @param {App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreateView} */
 export function createCompare(app) {
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
   const content = h('div.compare-content');
   const element = h('div.compare', content);
-  /** @type {AbortController|null} */
-  let pendingRequest = null;
+  /** @type {AbortController|null} */ let pendingRequest = null;
   let shownKey = '';
   /** The open comparison. @type {{comparison: Comparison, cards: HTMLElement[]}|null} */
   let openComparison = null;
@@ -48,16 +45,12 @@ export function createCompare(app) {
     );
     try {
       const comparison = await app.api.compare(a, b, { signal: requestSignal });
-      const labels = app.store.get().labels.length ? app.store.get().labels : await app.api.labels(null, { signal: requestSignal });
+      // those in the store belong to the library's set, which the video need not use
+      const labels = await app.api.labels(comparison.video_id, { signal: requestSignal });
       if (requestSignal.aborted) return;
       show(comparison, a, b, labels);
       showRuns(app.store.get());
-      if (!app.store.get().runs[comparison.video_id]) {
-        await app.load(
-          () => app.api.runs(comparison.video_id, { signal: requestSignal }),
-          (state, runs) => setRuns(state, comparison.video_id, runs),
-        );
-      }
+      await loadMissingRuns(app, comparison.video_id, { signal: requestSignal });
     } catch (thrown) {
       if (requestSignal.aborted) return;
       content.replaceChildren(
@@ -67,12 +60,7 @@ export function createCompare(app) {
     }
   }
 
-  /**
-   * @param {Comparison} comparison
-   * @param {string} a
-   * @param {string} b
-   * @param {import('../types.js').Label[]} labels
-   */
+  /** @param {Comparison} comparison @param {string} a @param {string} b @param {import('../types.js').Label[]} labels */
   function show(comparison, a, b, labels) {
     const places = createPlaceList(app, comparison, labels, () => void load(a, b));
     const cards = [sideCard('Reference', comparison.sides.reference), sideCard('Candidate', comparison.sides.candidate)];
@@ -136,10 +124,7 @@ export function createCompare(app) {
       shownKey = next;
       void load(state.route.a, state.route.b);
     },
-    destroy() {
-      lifetime.abort();
-      element.remove();
-    },
+    destroy: () => lifetime.abort(),
   };
 }
 
@@ -148,10 +133,7 @@ function runOf(side) {
   return side.startsWith('truth:') ? undefined : side.split(':')[1];
 }
 
-/**
- * @param {string} role
- * @param {Side} side
- */
+/** @param {string} role @param {Side} side */
 function sideCard(role, side) {
   return h(
     'section.compare-side',

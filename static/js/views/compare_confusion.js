@@ -47,12 +47,7 @@ export function describeCell({ reference, candidate }, labels, engineNames = {})
   return `${reference === null ? 'No sign' : name(reference)}, read as ${name(candidate)}`;
 }
 
-/**
- * @param {Comparison} comparison
- * @param {readonly Label[]} labels
- * @param {(places: Places) => void} onShowPlaces
- * @returns {HTMLElement}
- */
+/** @param {Comparison} comparison @param {readonly Label[]} labels @param {(places: Places) => void} onShowPlaces @returns {HTMLElement} */
 export function createConfusionMatrix(comparison, labels, onShowPlaces) {
   const { rows, columns, cell, maxCount } = arrangeConfusion(comparison.confusion);
   /** @param {number|null} id @param {string} absentText */
@@ -93,6 +88,7 @@ export function createConfusionMatrix(comparison, labels, onShowPlaces) {
                     // A square root makes the few wrong cells visible beside many right ones.
                     const heat = Math.sqrt(entry.count / maxCount);
                     const description = describeCell(entry, labels, comparison.confusion.words);
+                    const text = `${description}: ${plural(entry.count, 'box', 'boxes')}`;
                     return h(
                       'td',
                       {
@@ -102,17 +98,13 @@ export function createConfusionMatrix(comparison, labels, onShowPlaces) {
                       h(
                         'button',
                         {
-                          title: `${description}: ${plural(entry.count, 'box', 'boxes')}`,
-                          'aria-label': `${description}: ${plural(entry.count, 'box', 'boxes')}`,
+                          title: text,
+                          'aria-label': text,
                           onclick: () =>
                             onShowPlaces({
+                              ...entry,
                               title: description,
                               side: entry.reference === null ? 'candidate' : 'reference',
-                              frames: entry.frames,
-                              lasts: entry.lasts,
-                              tracks: entry.tracks,
-                              partners: entry.partners,
-                              pairs: entry.pairs,
                               places: entry.frames.length,
                             }),
                         },

@@ -9,87 +9,30 @@ import { count, figure, percent, plural } from '../model/format.js';
 /** @typedef {import('../api/compare-types.js').Places} Places */
 
 /**
- * Name, explanation, name of its places, the side of their tracks, and whether it is a share.
- * @type {Record<string, {label: string, text: string, places: string, side: 'reference'|'candidate', share: boolean}>}
+ * Name, name of its places, the side of their tracks, and an explanation.
+ * @type {Record<string, [label: string, places: string, side: 'reference'|'candidate', text: string]>}
  */
-export const FIGURES = {
-  precision: {
-    label: 'Precision',
-    text: 'Share of the candidate’s boxes that match a box of the reference; boxes on ignored signs do not count.',
-    places: 'False boxes',
-    side: 'candidate',
-    share: true,
-  },
-  recall: {
-    label: 'Recall',
-    text: 'Share of the reference’s boxes that the candidate has; ignored boxes do not count.',
-    places: 'Missed boxes',
-    side: 'reference',
-    share: true,
-  },
-  eq7: {
-    label: 'Localisation error (Eq. 7)',
-    text: 'Mean of 1 − intersection / larger area over the matches; 0 is best.',
-    places: 'Largest errors',
-    side: 'reference',
-    share: true,
-  },
-  coverage: {
-    label: 'Coverage',
-    text: 'Share of the frames of each sign, from 20 px width, in which it is found.',
-    places: 'Uncovered stretches',
-    side: 'reference',
-    share: true,
-  },
-  signs_found: {
-    label: 'Signs found',
-    text: 'Signs of at least 20 px that are found in at least one frame.',
-    places: 'Signs never found',
-    side: 'reference',
-    share: true,
-  },
-  signs_classified: {
-    label: 'Signs classified',
-    text: 'Found signs whose last label is correct.',
-    places: 'Signs with a wrong label',
-    side: 'reference',
-    share: true,
-  },
-  fragmentation: {
-    label: 'Fragmentation',
-    text: 'How often a sign is lost and found again.',
-    places: 'Breaks',
-    side: 'reference',
-    share: false,
-  },
-  switches: {
-    label: 'Identity switches',
-    text: 'How often another track takes over a sign.',
-    places: 'Switches',
-    side: 'candidate',
-    share: false,
-  },
-  ids_per_sign: {
-    label: 'Tracks per sign',
-    text: 'Mean number of tracks on one sign; 1 is best.',
-    places: 'Signs with a second track',
-    side: 'reference',
-    share: false,
-  },
-  false_tracks: {
-    label: 'False tracks',
-    text: 'Tracks of the candidate that overlap no sign.',
-    places: 'False tracks',
-    side: 'candidate',
-    share: false,
-  },
+const FIGURES = {
+  precision: [
+    'Precision',
+    'False boxes',
+    'candidate',
+    'Share of the candidate’s boxes that match a box of the reference; boxes on ignored signs do not count.',
+  ],
+  recall: ['Recall', 'Missed boxes', 'reference', 'Share of the reference’s boxes that the candidate has; ignored boxes do not count.'],
+  eq7: ['Localisation error (Eq. 7)', 'Largest errors', 'reference', 'Mean of 1 − intersection / larger area over the matches; 0 is best.'],
+  coverage: ['Coverage', 'Uncovered stretches', 'reference', 'Share of the frames of each sign, from 20 px width, in which it is found.'],
+  signs_found: ['Signs found', 'Signs never found', 'reference', 'Signs of at least 20 px that are found in at least one frame.'],
+  signs_classified: ['Signs classified', 'Signs with a wrong label', 'reference', 'Found signs whose last label is correct.'],
+  fragmentation: ['Fragmentation', 'Breaks', 'reference', 'How often a sign is lost and found again.'],
+  switches: ['Identity switches', 'Switches', 'candidate', 'How often another track takes over a sign.'],
+  ids_per_sign: ['Tracks per sign', 'Signs with a second track', 'reference', 'Mean number of tracks on one sign; 1 is best.'],
+  false_tracks: ['False tracks', 'False tracks', 'candidate', 'Tracks of the candidate that overlap no sign.'],
 };
+/** Figures from 0 to 1, which have a bar. */
+const SHARES = new Set(['precision', 'recall', 'eq7', 'coverage', 'signs_found', 'signs_classified']);
 
-/**
- * @param {Comparison} comparison
- * @param {(places: Places) => void} onShowPlaces
- * @returns {HTMLElement}
- */
+/** @param {Comparison} comparison @param {(places: Places) => void} onShowPlaces @returns {HTMLElement} */
 export function createFigures(comparison, onShowPlaces) {
   const names = Object.keys(FIGURES).filter((name) => comparison.figures[name]);
   return h(
@@ -114,14 +57,11 @@ export function createFigures(comparison, onShowPlaces) {
   );
 }
 
-/**
- * @param {string} name
- * @param {Figure} value
- * @param {(places: Places) => void} onShowPlaces
- */
+/** @param {string} name @param {Figure} value @param {(places: Places) => void} onShowPlaces */
 function row(name, value, onShowPlaces) {
-  const { label, text, places, side, share } = FIGURES[name];
-  const valueText = share && name !== 'eq7' ? percent(value.value) : figure(value.value);
+  const [label, places, side, text] = FIGURES[name];
+  const isShare = SHARES.has(name);
+  const valueText = isShare && name !== 'eq7' ? percent(value.value) : figure(value.value);
   const ofText = value.of ? `${count(value.of[0])} / ${count(value.of[1])}` : '';
   const open = () => onShowPlaces({ title: places, side, ...value });
   /** A number that opens its places, if it has any. @param {string} text */
@@ -141,7 +81,7 @@ function row(name, value, onShowPlaces) {
     'tr',
     h('th', { scope: 'row' }, h('div.stack.figure-name', h('span.figure-label', label), h('span.figure-text.muted.small', text))),
     h('td.number.figure-value', openableNumber(valueText)),
-    h('td.figure-bar', share && value.value !== null && h('span.meter', { style: { '--part': `${value.value * 100}%` } }, h('span'))),
+    h('td.figure-bar', isShare && value.value !== null && h('span.meter', { style: { '--part': `${value.value * 100}%` } }, h('span'))),
     h('td.number.muted.small.figure-of', openableNumber(ofText)),
     h(
       'td',

@@ -34,6 +34,19 @@ export function h(selector, ...rest) {
 }
 
 /**
+ * A list of options.
+ *
+ * @param {Props} props
+ * @param {readonly (readonly [string, string])[]} options   value and text of each
+ * @param {string} [value]   of the selected option; default: the first one
+ */
+export function selectInput(props, options, value) {
+  const element = h('select.select', props, ...options.map(([key, text]) => h('option', { value: key }, text)));
+  if (value !== undefined) element.value = value;
+  return element;
+}
+
+/**
  * An SVG element; like `h`.
  *
  * @template {keyof SVGElementTagNameMap | `${keyof SVGElementTagNameMap}.${string}`} S
@@ -46,11 +59,7 @@ export function s(selector, ...rest) {
   return /** @type {ElementOf<SVGElementTagNameMap, S>} */ (initElement(document.createElementNS(SVG, tag), classes, rest));
 }
 
-/**
- * @param {Element} element
- * @param {string[]} classes
- * @param {(Props|Children)[]} rest
- */
+/** @param {Element} element @param {string[]} classes @param {(Props|Children)[]} rest */
 function initElement(element, classes, rest) {
   if (classes.length > 0) element.setAttribute('class', classes.join(' '));
   const [first] = rest;
@@ -186,8 +195,7 @@ export function setText(element, text) {
  * @param {(element: HTMLElement, item: T) => void} [update]   called for kept and for new elements
  */
 export function reconcile(parent, items, key, create, update) {
-  /** @type {Map<string, HTMLElement>} */
-  const existing = new Map();
+  /** @type {Map<string, HTMLElement>} */ const existing = new Map();
   for (const child of parent.children) {
     const element = /** @type {HTMLElement} */ (child);
     if (element.dataset.key !== undefined) existing.set(element.dataset.key, element);

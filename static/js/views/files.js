@@ -1,28 +1,25 @@
 // @ts-check
 /** The screen of all files that were made from runs: exports, recordings, bug bundles, 3-D pages. */
 
-import { openDialog, setOutputs, setRuns } from '../store/actions/page.js';
+import { openDialog, setOutputs } from '../store/actions/page.js';
 import { createOutputRow } from './output_row.js';
 import { KINDS } from './output_text.js';
-import { h, reconcile, setText } from './dom.js';
+import { h, reconcile, selectInput, setText } from './dom.js';
 import { emptyState, errorState, loadingState } from './placeholders.js';
 import { bytes, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { recall, remember } from '../core/preferences.js';
 import { pageHeading } from './headings.js';
+import { loadMissingRuns } from './load_runs.js';
 
 /** @typedef {import('../types.js').Output} Output */
 
-/**
- * @param {import('../page-types.js').App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreateView} */
 export function createFiles(app) {
   const { store, api } = app;
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
-  const kindSelect = h(
-    'select.select',
+  const kindSelect = selectInput(
     {
       'aria-label': 'Kind of file',
       onchange: () => {
@@ -30,10 +27,9 @@ export function createFiles(app) {
         show();
       },
     },
-    h('option', { value: '' }, 'All kinds'),
-    ...Object.entries(KINDS).map(([value, { pluralName }]) => h('option', { value }, pluralName)),
+    [['', 'All kinds'], ...Object.entries(KINDS).map(([value, { pluralName }]) => /** @type {const} */ ([value, pluralName]))],
+    recall('files.kind') ?? '',
   );
-  kindSelect.value = recall('files.kind') ?? '';
   if (kindSelect.selectedIndex < 0) kindSelect.value = '';
   const totalText = h('span.muted');
   const list = h('ul.made-list', { 'aria-label': 'Files' });
@@ -53,25 +49,19 @@ export function createFiles(app) {
       list,
     ),
   );
-  /** @type {WeakMap<HTMLElement, ReturnType<typeof createOutputRow>>} */
-  const rows = new WeakMap();
-  /** @type {Output[]|null} */
-  let shownOutputs = null;
-  let noticeKind = 'waiting';
+  /** @type {WeakMap<HTMLElement, ReturnType<typeof createOutputRow>>} */ const rows = new WeakMap();
+  /** The title of the notice; empty: it waits, or shows an error. */
+  let noticeTitle = '';
 
   async function load() {
     try {
       await app.load(() => api.outputs({}, { signal }), setOutputs);
       for (const video of store.get().videos ?? []) {
-        if (store.get().runs[video.id] || video.runs === 0) continue;
-        await app.load(
-          () => api.runs(video.id, { signal }),
-          (state, runs) => setRuns(state, video.id, runs),
-        );
+        if (video.runs > 0) await loadMissingRuns(app, video.id, { signal });
       }
     } catch (thrown) {
       if (signal.aborted) return;
-      noticeKind = 'error';
+      noticeTitle = '';
       notice.hidden = false;
       notice.replaceChildren(errorState('The files could not be listed', thrown, () => load()));
     }
@@ -96,51 +86,36 @@ export function createFiles(app) {
     );
     list.hidden = listed.length === 0;
     notice.hidden = listed.length > 0;
-    const nextKind = listed.length ? 'none' : kindSelect.value ? 'kind' : 'empty';
-    if (nextKind === noticeKind) return;
-    noticeKind = nextKind;
-    if (nextKind !== 'none') {
-      notice.replaceChildren(
-        emptyState({
-          icon: 'folder',
-          title:
-            nextKind === 'kind'
-              ? `No ${KINDS[/** @type {Output['kind']} */ (kindSelect.value)].pluralName.toLowerCase()} yet`
-              : 'No files yet',
-          text: 'Exports, recordings, bug bundles and 3-D pages are listed here for download or removal.',
-          actions: [
-            h(
-              'button.btn.btn-primary',
-              { onclick: () => store.dispatch(openDialog, { kind: 'export' }) },
-              icon('export'),
-              'Export annotations',
-            ),
-          ],
-        }),
-      );
-    }
+    if (listed.length > 0) return;
+    const kind = kindSelect.value ? KINDS[/** @type {Output['kind']} */ (kindSelect.value)].pluralName.toLowerCase() : 'files';
+    const title = `No ${kind} yet`;
+    if (title === noticeTitle) return;
+    noticeTitle = title;
+    notice.replaceChildren(
+      emptyState({
+        icon: 'folder',
+        title,
+        text: 'Exports, recordings, bug bundles and 3-D pages are listed here for download or removal.',
+        actions: [
+          h(
+            'button.btn.btn-primary',
+            { onclick: () => store.dispatch(openDialog, { kind: 'export' }) },
+            icon('export'),
+            'Export annotations',
+          ),
+        ],
+      }),
+    );
   }
 
   void load();
-  /** @type {import('../state-types.js').State|null} */
-  let lastState = null;
+  /** @type {import('../state-types.js').State|null} */ let lastState = null;
   return {
     element,
     update(state) {
-      if (
-        lastState &&
-        lastState.outputs === state.outputs &&
-        lastState.runs === state.runs &&
-        lastState.videos === state.videos &&
-        shownOutputs === state.outputs
-      )
-        return;
-      [lastState, shownOutputs] = [state, state.outputs];
-      show();
+      if (lastState?.outputs !== state.outputs || lastState?.runs !== state.runs || lastState?.videos !== state.videos) show();
+      lastState = state;
     },
-    destroy() {
-      lifetime.abort();
-      element.remove();
-    },
+    destroy: () => lifetime.abort(),
   };
 }

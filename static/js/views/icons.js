@@ -1,14 +1,13 @@
 // @ts-check
 /** Line icons of 16 x 16, drawn in the colour of the text. Every icon has a label or a text beside it. */
 
-import { s } from './dom.js';
+import { h, s } from './dom.js';
 
 /** Paths by name. */
 const PATHS = /** @type {const} */ ({
   accept: 'M3 8.5 6.5 12 13 4.5',
   add: 'M8 3v10M3 8h10',
   alert: 'M8 2 15 14H1ZM8 6.5v3.5M8 12v.01',
-  back: 'M9.5 3.5 5 8l4.5 4.5',
   bug: 'M5.5 6a2.5 2.5 0 0 1 5 0v4a2.5 2.5 0 0 1-5 0ZM5.5 8h-4M14.5 8h-4M5.7 5.2 3 3M10.3 5.2 13 3M5.7 10.8 3 13M10.3 10.8 13 13M8 6v6',
   box: 'M2.5 4.5h11v7h-11Z',
   check: 'M3 8.5 6.5 12 13 4.5',
@@ -42,9 +41,7 @@ const PATHS = /** @type {const} */ ({
   label: 'M2 3.5h7L14 8l-5 4.5H2ZM5 8h.01',
   layers: 'M8 2 14.5 5.5 8 9 1.5 5.5ZM1.5 8.5 8 12l6.5-3.5M1.5 11.5 8 15l6.5-3.5',
   merge: 'M3 3c0 4 5 3 5 7v3.5M13 3c0 4-5 3-5 7M5.5 11 8 13.5 10.5 11',
-  minus: 'M3 8h10',
   moon: 'M13.5 10A6 6 0 0 1 6 2.5a6 6 0 1 0 7.5 7.5Z',
-  more: 'M3.5 8h.01M8 8h.01M12.5 8h.01',
   needs_work: 'M8 1.5a6.5 6.5 0 1 0 .01 0M8 4.5V8l2.5 2',
   new_box: 'M2.5 4.5h11v7h-11ZM8 6.5v3M6.5 8h3',
   next: 'M4 3.5 9.5 8 4 12.5ZM12 3.5v9',
@@ -79,7 +76,6 @@ const PATHS = /** @type {const} */ ({
   skip_forward: 'M3 3.5 8 8l-5 4.5ZM8.5 3.5l5 4.5-5 4.5Z',
   sun: 'M8 5a3 3 0 1 0 .01 0M8 1v1.5M8 13.5V15M1 8h1.5M13.5 8H15M3 3l1 1M12 12l1 1M13 3l-1 1M4 12l-1 1',
   to_start: 'M13.5 8H5M8.5 4.5 5 8l3.5 3.5M2.5 3v10',
-  trash: 'M3 4.5h10M6.5 4.5V2.5h3v2M4.5 4.5 5 13.5h6l.5-9',
   truth: 'M2.5 4.5h11v7h-11ZM5 8l2 2 4-4',
   undo: 'M6 2.5 2.5 6 6 9.5M2.5 6h7a4 4 0 0 1 0 8H8',
   up: 'M3.5 10 8 5.5l4.5 4.5',
@@ -98,6 +94,17 @@ const PATHS = /** @type {const} */ ({
 export function icon(name) {
   return s('svg.icon', { viewBox: '0 0 16 16', 'aria-hidden': 'true', focusable: 'false' }, s('path', { d: PATHS[name] }));
 }
+
+/**
+ * A small button without a border that shows only an icon.
+ *
+ * @param {IconName} name
+ * @param {string} label     read by screen readers
+ * @param {() => unknown} [onclick]
+ * @param {string|null} [title]   tooltip; null: none
+ */
+export const iconButton = (name, label, onclick, title = label) =>
+  h('button.btn.btn-quiet.btn-icon.btn-small', { 'aria-label': label, title, onclick }, icon(name));
 
 /**
  * Whether there is an icon of that name; operations name theirs in a string.

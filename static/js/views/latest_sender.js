@@ -13,8 +13,7 @@ const RETRY_DELAY_MS = 2000;
  * @returns {{push: (value: T) => void, stop: () => void}}
  */
 export function createLatestSender(send, { pauseMs = 80, wait = sleep, onError = () => {} } = {}) {
-  /** @type {{value: T}|null} */
-  let next = null;
+  /** @type {{value: T}|null} */ let next = null;
   let busy = false;
   let stopped = false;
 

@@ -4,14 +4,13 @@
 import { isVideoFile, VIDEO_FILES } from '../model/exchange.js';
 import { SORTS, arrange } from '../model/library_order.js';
 import { hasRole } from '../model/team.js';
-import { hideBanner, openDialog, setRuns, setSession, setVideos } from '../store/actions/page.js';
-import { h, setText } from './dom.js';
-import { loadingState } from './placeholders.js';
+import { hideBanner, openDialog, setSession, setVideos } from '../store/actions/page.js';
+import { h, selectInput, setText } from './dom.js';
+import { emptyState, errorState, loadingState } from './placeholders.js';
 import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { CARDS_PER_STEP, createCards } from './library_list.js';
 import { NO_FILTERS, createLibraryFilters } from './library_filters.js';
-import { noMatchNotice, noVideoNotice, loadErrorNotice } from './library_notices.js';
 import { createRunAll } from './library_run_all.js';
 import { acceptFileDrops } from './file_drop.js';
 import { createSelection } from './library_selection.js';
@@ -21,6 +20,7 @@ import { createAssignmentLists } from './library_assignments.js';
 import { recall, remember } from '../core/preferences.js';
 import { toast } from '../core/toast.js';
 import { pageHeading } from './headings.js';
+import { loadMissingRuns } from './load_runs.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../state-types.js').State} State */
@@ -29,10 +29,7 @@ import { pageHeading } from './headings.js';
 /** The user's place in the library, to return to after a review. @type {WeakMap<App, {searchText: string, cardCount: number, top: number, filters: import('./library_filters.js').LibraryFilters}>} */
 const savedStates = new WeakMap();
 
-/**
- * @param {App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreateView} */
 export function createLibrary(app) {
   const { store, api } = app;
   const lifetime = new AbortController();
@@ -46,8 +43,7 @@ export function createLibrary(app) {
     value: saved.searchText,
     oninput: onSearchChange,
   });
-  const sortSelect = h(
-    'select.select',
+  const sortSelect = selectInput(
     {
       'aria-label': 'Order of the videos',
       onchange: () => {
@@ -55,15 +51,14 @@ export function createLibrary(app) {
         onSearchChange();
       },
     },
-    ...Object.entries(SORTS).map(([value, { label }]) => h('option', { value }, label)),
+    Object.entries(SORTS).map(([value, { label }]) => [value, label]),
+    recall('library.sort') ?? 'newest',
   );
-  sortSelect.value = recall('library.sort') ?? 'newest';
   if (!sortSelect.value) sortSelect.value = 'newest';
   const fileInput = h('input.visually-hidden', {
     type: 'file',
     accept: VIDEO_FILES,
     multiple: true,
-
     tabIndex: -1,
     'aria-label': 'Video files to upload',
     onchange: () => {
@@ -97,7 +92,7 @@ export function createLibrary(app) {
     selection,
     onGrow: (cardCount) => {
       saved.cardCount = cardCount;
-      if (lastState) void loadRuns((shownVideos ?? []).slice(0, cardCount));
+      if (lastState) void loadRunsOf((shownVideos ?? []).slice(0, cardCount));
     },
   });
   const layoutButton = h('button.btn.btn-icon', {
@@ -108,10 +103,7 @@ export function createLibrary(app) {
   });
   const runQueueButton = h(
     'button.btn',
-    {
-      title: 'Running and waiting runs, and their order',
-      onclick: () => store.dispatch(openDialog, { kind: 'run-queue' }),
-    },
+    { title: 'Running and waiting runs, and their order', onclick: () => store.dispatch(openDialog, { kind: 'run-queue' }) },
     icon('sort'),
     'Run queue',
   );
@@ -133,19 +125,13 @@ export function createLibrary(app) {
         runQueueButton,
         h(
           'button.btn',
-          {
-            title: 'Annotations of one or several videos',
-            onclick: () => store.dispatch(openDialog, { kind: 'export' }),
-          },
+          { title: 'Annotations of one or several videos', onclick: () => store.dispatch(openDialog, { kind: 'export' }) },
           icon('export'),
           'Export',
         ),
         h(
           'button.btn',
-          {
-            title: 'Add somebody’s bug bundle to the library',
-            onclick: () => store.dispatch(openDialog, { kind: 'import-bundle' }),
-          },
+          { title: 'Add somebody’s bug bundle to the library', onclick: () => store.dispatch(openDialog, { kind: 'import-bundle' }) },
           icon('bug'),
           'Open bug bundle',
         ),
@@ -167,15 +153,12 @@ export function createLibrary(app) {
     if (/\.zip$/i.test(data.name)) store.dispatch(openDialog, { kind: 'import-bundle', data: { file: data } });
     else toast('Drop annotations onto the video that they belong to.');
   });
-  /** @type {Set<string>} */
-  const requestedRuns = new Set();
-  /** @type {State|null} */
-  let lastState = null;
+  /** @type {Set<string>} */ const requestedRuns = new Set();
+  /** @type {State|null} */ let lastState = null;
   /** The shown videos; null: to be sorted again. @type {Video[]|null} */
   let shownVideos = [];
   let shownOrder = '';
-  /** @type {readonly Video[]|null} */
-  let sourceVideos = null;
+  /** @type {readonly Video[]|null} */ let sourceVideos = null;
   let noticeKind = 'waiting';
 
   async function load() {
@@ -188,7 +171,7 @@ export function createLibrary(app) {
       if (signal.aborted) return;
       noticeKind = 'error';
       notice.replaceChildren(
-        loadErrorNotice(thrown, () => {
+        errorState('The videos could not be loaded', thrown, () => {
           noticeKind = 'waiting';
           notice.replaceChildren(loadingState('Loading the videos', { retry: load, signal }));
           void load();
@@ -198,15 +181,11 @@ export function createLibrary(app) {
   }
 
   /** Load the runs of the videos with cards. @param {readonly Video[]} videos */
-  async function loadRuns(videos) {
+  async function loadRunsOf(videos) {
     for (const video of videos.filter(({ id, runs }) => runs > 0 && !requestedRuns.has(id))) {
       requestedRuns.add(video.id);
-      if (store.get().runs[video.id]) continue;
       try {
-        await app.load(
-          () => api.runs(video.id, { signal }),
-          (state, runs) => setRuns(state, video.id, runs),
-        );
+        await loadMissingRuns(app, video.id, { signal });
       } catch {
         if (signal.aborted) return; // A card is useful without its progress.
       }
@@ -256,7 +235,7 @@ export function createLibrary(app) {
     selection.show(shownVideos, state.videos);
     cards.show(shownVideos, state.runs);
     runAll.show(shownVideos);
-    void loadRuns(shownVideos.slice(0, saved.cardCount));
+    void loadRunsOf(shownVideos.slice(0, saved.cardCount));
     if (state.videos.length === 0) {
       showNotice('empty', () => noVideoNotice(addVideo, () => fileInput.click()));
     } else if (shownVideos.length === 0) {
@@ -300,7 +279,27 @@ export function createLibrary(app) {
       lifetime.abort();
       filters.destroy();
       cards.destroy();
-      element.remove();
     },
   };
 }
+
+/** @param {() => void} addVideo @param {() => void} upload */
+const noVideoNotice = (addVideo, upload) =>
+  emptyState({
+    icon: 'film',
+    title: 'No video yet',
+    text: 'Add a video from this machine, upload one, or drop files anywhere on this page. Nothing leaves this machine.',
+    actions: [
+      h('button.btn.btn-primary', { onclick: addVideo }, icon('folder'), 'Add from folder'),
+      h('button.btn', { onclick: upload }, icon('upload'), 'Upload'),
+    ],
+  });
+
+/** @param {() => void} clear */
+const noMatchNotice = (clear) =>
+  emptyState({
+    icon: 'search',
+    title: 'No video matches',
+    text: 'The search covers names and folders; every word must occur. The filters cover the tracks of the run that opens with a video.',
+    actions: [h('button.btn', { onclick: clear }, 'Clear search and filters')],
+  });

@@ -55,17 +55,11 @@ export function createCard(app, initialVideo, onChoose) {
     app.store.dispatch(openDialog, { kind: 'import', data: { video: initialVideo.id, file } });
     return true;
   });
-  /** @type {[Video, Run[]|undefined]|null} */
-  let shown = null;
-  /** @type {string|undefined} */
-  let shownRole;
+  /** @type {[Video, Run[]|undefined]|null} */ let shown = null;
+  /** @type {string|undefined} */ let shownRole;
   let actionsKey = '';
 
-  /**
-   * @param {Video} video
-   * @param {Run[]|undefined} runs
-   * @param {boolean} chosen
-   */
+  /** @param {Video} video @param {Run[]|undefined} runs @param {boolean} chosen */
   function show(video, runs, chosen) {
     assigned.update(video);
     checkbox.checked = chosen;
@@ -111,11 +105,7 @@ export function createCard(app, initialVideo, onChoose) {
   return { element, show };
 }
 
-/**
- * @param {Video} video
- * @param {Run[]|undefined} runs
- * @returns {HTMLElement[]}
- */
+/** @param {Video} video @param {Run[]|undefined} runs @returns {HTMLElement[]} */
 function stateOf(video, runs) {
   const lines = [];
   if (video.missing) {
@@ -152,11 +142,7 @@ function stateOf(video, runs) {
   return lines;
 }
 
-/**
- * @param {'warn'|'bad'} tone
- * @param {string} text
- * @param {string} [title]
- */
+/** @param {'warn'|'bad'} tone @param {string} text @param {string} [title] */
 function message(tone, text, title) {
   return h('p', { class: `card-message card-message-${tone} small`, title }, icon('alert'), h('span', text));
 }
@@ -173,37 +159,31 @@ function meter(part, label, good = false) {
   return element;
 }
 
-/**
- * @param {App} app
- * @param {Video} video
- * @returns {HTMLElement[]}
- */
+/** @param {App} app @param {Video} video */
 function actionsOf(app, video) {
   const openRuns = () => app.store.dispatch(openDialog, { kind: 'run', data: { video: video.id } });
   const { session } = app.store.get();
-  const actions = [];
-  if (video.state === 'ready' && video.latest_run) {
-    actions.push(h('a.btn.btn-primary', { href: reviewAddress(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'));
-    actions.push(
-      h('button.btn', { onclick: openRuns, 'aria-label': `${plural(video.runs, 'run')} of ${video.name}` }, plural(video.runs, 'run')),
-    );
-  } else if (video.state === 'ready') {
-    actions.push(
+  const runsText = plural(video.runs, 'run');
+  const isReady = video.state === 'ready';
+  return [
+    isReady &&
+      video.latest_run &&
+      h('a.btn.btn-primary', { href: reviewAddress(video.id), 'aria-label': `Review ${video.name}` }, icon('eye'), 'Review'),
+    isReady && video.latest_run && h('button.btn', { onclick: openRuns, 'aria-label': `${runsText} of ${video.name}` }, runsText),
+    isReady &&
+      !video.latest_run &&
       h(
         'button.btn.btn-primary',
         { disabled: video.missing, onclick: openRuns, 'aria-label': `Run the engine on ${video.name}` },
         icon('run'),
         'Run the engine',
       ),
-    );
-  } else if (video.state === 'failed' && !video.missing) {
-    actions.push(
+    video.state === 'failed' &&
+      !video.missing &&
       h('button.btn', { onclick: () => retry(app, video), 'aria-label': `Import ${video.name} again` }, icon('refresh'), 'Import again'),
-    );
-  }
-  actions.push(h('span.grow'));
-  if (video.state === 'ready' && hasRole(session, 'reviewer')) {
-    actions.push(
+    h('span.grow'),
+    isReady &&
+      hasRole(session, 'reviewer') &&
       h(
         'button.btn.btn-quiet.btn-icon',
         {
@@ -213,10 +193,7 @@ function actionsOf(app, video) {
         },
         icon('import'),
       ),
-    );
-  }
-  if (hasRole(session, 'admin'))
-    actions.push(
+    hasRole(session, 'admin') &&
       h(
         'button.btn.btn-quiet.btn-icon',
         {
@@ -224,22 +201,15 @@ function actionsOf(app, video) {
           title: 'Remove from the library …',
           onclick: () => confirmRemoval(app, video),
         },
-        icon('trash'),
+        icon('delete'),
       ),
-    );
-  return actions;
+  ];
 }
 
-/**
- * @param {App} app
- * @param {Video} video
- */
+/** @param {App} app @param {Video} video */
 const retry = (app, video) => toastErrors(() => app.load(() => app.api.addVideo(video.path), putVideo));
 
-/**
- * @param {App} app
- * @param {Video} video
- */
+/** @param {App} app @param {Video} video */
 function confirmRemoval(app, video) {
   const { tracks, reviewed } = video.review;
   const reviewedText = reviewed ? ` (${reviewed} of ${plural(tracks, 'track')} reviewed)` : '';

@@ -6,7 +6,7 @@ import { answerText, attributeChoices } from '../model/attributes.js';
 import { NO_CLASS } from '../model/documents.js';
 import { labelFinder } from '../model/label_finder.js';
 import { offeredLabels } from '../model/labels.js';
-import { fill, h, setText } from './dom.js';
+import { fill, h, selectInput, setText } from './dom.js';
 import { plural } from '../model/format.js';
 
 /** @typedef {{label: string, attribute: string, value: string, state: string}} LibraryFilters   as typed; empty: any */
@@ -14,14 +14,14 @@ import { plural } from '../model/format.js';
 /** @type {LibraryFilters} */
 export const NO_FILTERS = Object.freeze({ label: '', attribute: '', value: '', state: '' });
 const NOT_IN_SET = 'Not in the set';
-const STATES = [
+const STATES = /** @type {const} */ ([
   ['', 'Any state'],
   ['open', 'Open'],
   ['needs_work', 'Needs work'],
   ['accepted', 'Accepted'],
   ['rejected', 'False positive'],
   ['ignored', 'Ignored'],
-];
+]);
 /** Pause in typing before a request, ms. */
 const TYPING_DELAY_MS = 250;
 /** Delay of a new request after a change of the library, ms. */
@@ -72,12 +72,11 @@ export function createLibraryFilters(app, { initialFilters, onChange, signal }) 
     },
   });
   const answerContainer = h('span.library-answer');
-  const state = h(
-    'select.select',
+  const state = selectInput(
     { 'aria-label': 'Videos with tracks in the state', onchange: () => scheduleRequest(0) },
-    ...STATES.map(([value, text]) => h('option', { value }, text)),
+    STATES,
+    initialFilters.state,
   );
-  state.value = initialFilters.state;
   const clear = h(
     'button.btn',
     {
@@ -101,17 +100,13 @@ export function createLibraryFilters(app, { initialFilters, onChange, signal }) 
     clear,
     status,
   );
-  /** @type {HTMLInputElement|HTMLSelectElement|null} */
-  let answerField = null;
-  /** @type {readonly import('../types.js').Label[]} */
-  let labels = [];
-  /** @type {readonly import('../types.js').Video[]|null} */
-  let videos = null;
+  /** @type {HTMLInputElement|HTMLSelectElement|null} */ let answerField = null;
+  /** @type {readonly import('../types.js').Label[]} */ let labels = [];
+  /** @type {readonly import('../types.js').Video[]|null} */ let videos = null;
   /** Matching videos with their number of matching tracks; null: all match. @type {ReadonlyMap<string, number>|null} */
   let matches = null;
   let latestRequest = 0;
-  /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let timer;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */ let timer;
 
   /** Show the values to choose from. @param {string} value */
   function showAnswerField(value) {

@@ -33,14 +33,10 @@ export function createCards(app, { cardCount, onGrow, selection }) {
     },
   });
   const element = h('div.library-list', list, moreButton);
-  /** @type {WeakMap<HTMLElement, ReturnType<typeof createCard>>} */
-  const cards = new WeakMap();
-  /** @type {readonly Video[]} */
-  let allVideos = [];
-  /** @type {Record<string, Run[]>} */
-  let runsOf = {};
-  /** @type {IntersectionObserver|null} */
-  let observer = null;
+  /** @type {WeakMap<HTMLElement, ReturnType<typeof createCard>>} */ const cards = new WeakMap();
+  /** @type {readonly Video[]} */ let allVideos = [];
+  /** @type {Record<string, Run[]>} */ let runsOf = {};
+  /** @type {IntersectionObserver|null} */ let observer = null;
 
   function draw() {
     reconcile(
@@ -98,9 +94,6 @@ export function createCards(app, { cardCount, onGrow, selection }) {
     restart() {
       cardCount = CARDS_PER_STEP;
     },
-    destroy() {
-      observer?.disconnect();
-      element.remove();
-    },
+    destroy: () => observer?.disconnect(),
   };
 }

@@ -14,8 +14,7 @@ import { icon } from './icons.js';
  * @returns {{element: HTMLElement, show: (found: readonly Video[]) => void}}
  */
 export function createRunAll({ store }) {
-  /** @type {Video[]} */
-  let videos = [];
+  /** @type {Video[]} */ let videos = [];
   const label = h('span');
   const element = h(
     'button.btn',

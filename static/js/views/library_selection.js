@@ -13,10 +13,8 @@ import { icon } from './icons.js';
  * @param {() => void} onChange   redraws the cards
  */
 export function createSelection({ store }, onChange) {
-  /** @type {Set<string>} */
-  const selectedIds = new Set();
-  /** @type {readonly Video[]} */
-  let shown = [];
+  /** @type {Set<string>} */ const selectedIds = new Set();
+  /** @type {readonly Video[]} */ let shown = [];
   /** Id of the video at which a range begins. @type {string|null} */
   let anchor = null;
   const countText = h('strong', { role: 'status' });

@@ -39,10 +39,7 @@ export function createUploads(app, signal) {
     for (const file of files) queue = startUpload(file, queue);
   }
 
-  /**
-   * @param {File} file
-   * @param {Promise<void>} previous
-   */
+  /** @param {File} file @param {Promise<void>} previous */
   function startUpload(file, previous) {
     const controller = new AbortController();
     let isStarted = false;

@@ -5,7 +5,7 @@ import { reviewAddress } from '../model/route.js';
 import { runShare } from '../model/run_progress.js';
 import { openDialog } from '../store/actions/page.js';
 import { fill, h } from './dom.js';
-import { icon } from './icons.js';
+import { icon, iconButton } from './icons.js';
 import { imageHiddenUntilSet } from './images.js';
 import { recall, remember } from '../core/preferences.js';
 import { runProgress } from '../model/describe_run.js';
@@ -18,25 +18,15 @@ const HINTS = /** @type {const} */ ([
   ['whatif', 'Ask why', 'The lanes below the picture show the values behind each verdict. F1 lists all keys.'],
 ]);
 
-/**
- * @param {import('../page-types.js').App} app
- * @returns {{element: HTMLElement, update: (state: State) => void}}
- */
+/** @param {import('../page-types.js').App} app @returns {{element: HTMLElement, update: (state: State) => void}} */
 export function createWelcome(app) {
   const action = h('div.welcome-action');
   const picture = imageHiddenUntilSet('img.welcome-picture', { alt: 'A frame of the sample drive' });
-  const close = h(
-    'button.btn.btn-quiet.btn-icon.btn-small.welcome-close',
-    {
-      'aria-label': 'Hide the introduction',
-      title: 'Hide the introduction',
-      onclick: () => {
-        remember('welcome', 'hidden');
-        element.hidden = true;
-      },
-    },
-    icon('close'),
-  );
+  const close = iconButton('close', 'Hide the introduction', () => {
+    remember('welcome', 'hidden');
+    element.hidden = true;
+  });
+  close.classList.add('welcome-close');
   const element = h(
     'section.welcome',
     { 'aria-labelledby': 'welcome-title', hidden: true },

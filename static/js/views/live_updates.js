@@ -10,11 +10,11 @@ import {
   setConnection,
   setModels,
   setParameters,
-  setRuns,
   setSession,
   setVideos,
   showBanner,
 } from '../store/actions/page.js';
+import { loadRuns } from './load_runs.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../types.js').ServerEvent} ServerEvent */
@@ -43,10 +43,8 @@ export function startLiveUpdates(app, hooks = {}) {
   let version = null;
   /** Whether the server refuses because nobody is signed in; it is reachable then. */
   let isDenied = false;
-  /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let offlineTimer;
-  /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let retryTimer;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */ let offlineTimer;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */ let retryTimer;
 
   const stream = openEvents({
     signal: app.signal,
@@ -152,12 +150,7 @@ export function startLiveUpdates(app, hooks = {}) {
         () => Promise.all([api.outputs(), api.models().catch(() => store.get().models)]),
         (state, [outputs, models]) => (models ? setModels(setOutputs(state, outputs), models) : setOutputs(state, outputs)),
       );
-      for (const video of Object.keys(store.get().runs)) {
-        await app.load(
-          () => api.runs(video),
-          (state, runs) => setRuns(state, video, runs),
-        );
-      }
+      for (const video of Object.keys(store.get().runs)) await loadRuns(app, video);
     } catch (thrown) {
       if (app.signal.aborted) return;
       if (thrown instanceof ApiError && thrown.code === 'signed_out') return void showDenied();

@@ -5,7 +5,7 @@ import { regressions, figureGroups } from '../model/model_figures.js';
 import { isActive, progressOf, stateBadge } from './output_text.js';
 import { fill, h, setText } from './dom.js';
 import { figure, moment, percent } from '../model/format.js';
-import { icon } from './icons.js';
+import { icon, iconButton } from './icons.js';
 import { createProgressBar, setProgress } from './progress_bar.js';
 import { VERDICTS, describeLineage, describeProgress } from './model_version_text.js';
 
@@ -37,8 +37,7 @@ export function createModelCard(initialVersion, onAction) {
     bar,
     h('div.model-body', origin, figures),
   );
-  /** @type {ModelVersion|null} */
-  let shown = null;
+  /** @type {ModelVersion|null} */ let shown = null;
   let actionsKey = '';
 
   /** @param {ModelVersion} version @param {readonly ModelVersion[]} all */
@@ -53,7 +52,6 @@ export function createModelCard(initialVersion, onAction) {
     activeBadge.hidden = !version.active;
     setText(timeText, moment(version.finished ?? version.created));
     const active = isActive(version);
-    const part = progressOf(version);
     statusText.hidden = !active && version.state !== 'failed';
     setText(
       statusText,
@@ -61,7 +59,7 @@ export function createModelCard(initialVersion, onAction) {
     );
     statusText.classList.toggle('field-error', version.state === 'failed');
     bar.hidden = !active;
-    setProgress(bar, part);
+    setProgress(bar, progressOf(version));
     if (previous?.lineage !== version.lineage)
       fill(origin, ...describeLineage(version, all).flatMap(([name, value]) => [h('dt', name), h('dd', value)]));
     if (previous?.figures !== version.figures) fill(figures, ...figuresOf(version));
@@ -139,10 +137,7 @@ function describeChange(row) {
   return `${sign} ${word} by ${size}`;
 }
 
-/**
- * @param {ModelVersion} version
- * @param {ModelActions} onAction
- */
+/** @param {ModelVersion} version @param {ModelActions} onAction */
 function actionsOf(version, onAction) {
   /** @param {string} label @param {() => void} onClick @param {string} [className] */
   const button = (label, onClick, className = '') =>
@@ -151,11 +146,6 @@ function actionsOf(version, onAction) {
   return [
     version.state === 'complete' && !version.active && button('Promote', () => onAction.promote(version), 'btn-primary'),
     (version.state === 'failed' || version.state === 'cancelled') && button('Make again', () => onAction.resume(version)),
-    version.id !== 'shipped' &&
-      h(
-        'button.btn.btn-small.btn-quiet.btn-icon',
-        { 'aria-label': `Delete ${version.name}`, title: 'Delete …', onclick: () => onAction.remove(version) },
-        icon('trash'),
-      ),
+    version.id !== 'shipped' && iconButton('delete', `Delete ${version.name}`, () => onAction.remove(version), 'Delete …'),
   ];
 }

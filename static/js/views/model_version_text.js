@@ -121,10 +121,7 @@ export function modelVersionSuffix(run, versions) {
 /** The name of a single video, unless only its hash is known; else the number of videos. @param {string[]} videos */
 const videosOf = (videos) => (videos.length === 1 && !/^[0-9a-f]{64}$/.test(videos[0]) ? videos[0] : plural(videos.length, 'video'));
 
-/**
- * @param {unknown} list
- * @param {(one: any) => unknown} name
- */
+/** @param {unknown} list @param {(one: any) => unknown} name */
 const joinNames = (list, name) =>
   Array.isArray(list) ? [...new Set(list.map((one) => String(name(one) ?? '')))].filter(Boolean).join(', ') : '';
 

@@ -14,10 +14,7 @@ import { toastErrors } from './toast_errors.js';
 
 /** @typedef {import('../types.js').ModelVersion} ModelVersion */
 
-/**
- * @param {import('../page-types.js').App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreateView} */
 export function createModels(app) {
   const { store, api } = app;
   const lifetime = new AbortController();
@@ -46,10 +43,8 @@ export function createModels(app) {
       list,
     ),
   );
-  /** @type {WeakMap<HTMLElement, ReturnType<typeof createModelCard>>} */
-  const cards = new WeakMap();
-  /** @type {readonly ModelVersion[]|null} */
-  let shownModels = null;
+  /** @type {WeakMap<HTMLElement, ReturnType<typeof createModelCard>>} */ const cards = new WeakMap();
+  /** @type {readonly ModelVersion[]|null} */ let shownModels = null;
 
   const onAction = {
     promote: (/** @type {ModelVersion} */ version) =>
@@ -129,9 +124,6 @@ export function createModels(app) {
         (item, version) => cards.get(item)?.show(version, models),
       );
     },
-    destroy() {
-      lifetime.abort();
-      element.remove();
-    },
+    destroy: () => lifetime.abort(),
   };
 }

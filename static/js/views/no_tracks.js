@@ -7,10 +7,7 @@ import { h, setText } from './dom.js';
 import { icon } from './icons.js';
 import { authorName } from '../core/preferences.js';
 
-/**
- * @param {import('./view_actions.js').ViewApp} app
- * @param {string} className
- */
+/** @param {import('../page-types.js').ViewApp} app @param {string} className */
 export function createNoTracks(app, className) {
   const text = h('p');
   const resumeButton = h('button.btn.btn-small', { hidden: true, onclick: resumeRun }, icon('run'), 'Resume the run');

@@ -6,7 +6,7 @@ import { dropOutputOrModel, openDialog, putOutput } from '../store/actions/page.
 import { describeContent, describeOutput, isActive, KINDS, progressOf, skippedItems, stateBadge, outputWarnings } from './output_text.js';
 import { fill, h, setText } from './dom.js';
 import { count, plural } from '../model/format.js';
-import { icon } from './icons.js';
+import { icon, iconButton } from './icons.js';
 import { createProgressBar, setProgress } from './progress_bar.js';
 import { toast } from '../core/toast.js';
 import { toastErrors } from './toast_errors.js';
@@ -15,11 +15,7 @@ import { toastErrors } from './toast_errors.js';
 /** @typedef {import('../types.js').Output} Output */
 /** @typedef {import('../state-types.js').State} State */
 
-/**
- * @param {App} app
- * @param {Output} initialOutput
- * @returns {{element: HTMLLIElement, show: (output: Output) => void}}
- */
+/** @param {App} app @param {Output} initialOutput @returns {{element: HTMLLIElement, show: (output: Output) => void}} */
 export function createOutputRow(app, initialOutput) {
   const nameElement = h('strong.truncate.made-name', initialOutput.name);
   const badge = h('span.badge');
@@ -35,8 +31,7 @@ export function createOutputRow(app, initialOutput) {
     h('div.stack.made-text', h('div.row', nameElement, badge), description, bar, statusText, warningList, skippedDetails),
     actions,
   );
-  /** @type {Output|null} */
-  let shown = null;
+  /** @type {Output|null} */ let shown = null;
   let shownVideoNames = '';
 
   /** @param {Output} output */
@@ -60,9 +55,8 @@ export function createOutputRow(app, initialOutput) {
   /** @param {Output} output */
   function showProgress(output) {
     const active = isActive(output);
-    const part = progressOf(output);
     bar.hidden = !active;
-    setProgress(bar, part);
+    setProgress(bar, progressOf(output));
     const status =
       output.state === 'queued'
         ? 'Waiting for a free worker.'
@@ -125,10 +119,7 @@ const runOf = (state, id) =>
         .flat()
         .find((run) => run.id === id);
 
-/**
- * @param {App} app
- * @param {Output} output
- */
+/** @param {App} app @param {Output} output */
 function actionsOf(app, output) {
   if (isActive(output)) {
     return [
@@ -180,18 +171,11 @@ function actionsOf(app, output) {
         { href: app.api.downloadUrl(output.id), download: output.name, 'aria-label': `Download ${output.name}` },
         'Download',
       ),
-    h(
-      'button.btn.btn-small.btn-quiet.btn-icon',
-      { 'aria-label': `Delete ${output.name}`, title: 'Delete …', onclick: () => confirmRemoval(app, output) },
-      icon('trash'),
-    ),
-  ].filter((action) => action !== false && action !== undefined);
+    iconButton('delete', `Delete ${output.name}`, () => confirmRemoval(app, output), 'Delete …'),
+  ];
 }
 
-/**
- * @param {App} app
- * @param {Output} output
- */
+/** @param {App} app @param {Output} output */
 function confirmRemoval(app, output) {
   const remove = async () => {
     await app.api.removeOutput(output.id);

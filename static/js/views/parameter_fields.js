@@ -5,7 +5,7 @@
 
 import { h, setText } from './dom.js';
 import { figure } from '../model/format.js';
-import { icon } from './icons.js';
+import { icon, iconButton } from './icons.js';
 
 /** @typedef {import('../types.js').Parameter} Parameter */
 
@@ -126,18 +126,15 @@ export function createParameterFields(options) {
     const text = typed.get(parameter.name) ?? baseText;
     const error = h('span.field-error', { id: `${id}-error`, role: 'alert' });
     const warning = h('span.field-warning', { id: `${id}-warning`, role: 'status' });
-    const reset = h(
-      'button.btn.btn-quiet.btn-icon.btn-small',
-      {
-        'aria-label': `Reset ${parameter.name} to ${baseText}`,
-        title: `Reset to ${baseText || 'nothing'}`,
-        onclick: () => {
-          change(baseText);
-          input.value = baseText;
-          input.focus();
-        },
+    const reset = iconButton(
+      'undo',
+      `Reset ${parameter.name} to ${baseText}`,
+      () => {
+        change(baseText);
+        input.value = baseText;
+        input.focus();
       },
-      icon('undo'),
+      `Reset to ${baseText || 'nothing'}`,
     );
     const range = parameter.type === 'number' || parameter.type === 'integer' ? rangeText(parameter) : '';
     const attributes = { id, value: text, 'aria-describedby': `${id}-text ${id}-error ${id}-warning`, oninput: () => change(input.value) };
@@ -199,8 +196,7 @@ export function createParameterFields(options) {
     focus: search,
     invalid,
     changes() {
-      /** @type {Record<string, unknown>} */
-      const changes = {};
+      /** @type {Record<string, unknown>} */ const changes = {};
       for (const parameter of options.parameters) {
         const result = typed.has(parameter.name) ? parseValue(parameter, typed.get(parameter.name) ?? '') : null;
         if (result && 'value' in result) changes[parameter.name] = result.value;

@@ -21,10 +21,7 @@ import { createAssignmentStrip } from './assignment_strip.js';
 /** Height of a window below which the lanes need a larger share, px. */
 const LOW_WINDOW_PX = 820;
 
-/**
- * @param {import('../page-types.js').App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreateView} */
 export function createReview(app) {
   const lifetime = new AbortController();
   const toolbar = createToolbar(app);
@@ -44,63 +41,34 @@ export function createReview(app) {
   const grid = h('div.review-grid');
   const pictures = h('div.review-pictures');
   const viewerPanel = createViewerPanel(app, (large) => grid.classList.toggle('beside-large', large));
-  const viewerSplitter = createSplitter({
+  const viewerSplitter = createSplitter(pictures, '--beside', 'vertical', {
     label: 'Width of the view beside the picture',
-    orientation: 'vertical',
-    container: pictures,
-    variable: '--beside',
     name: 'review.beside',
     initial: 55,
     low: 25,
     high: 80,
   });
   // one column and two columns need different widths: each is remembered
+  const oneColumn = { label: 'Width of the right column', name: 'review.side', initial: 28, low: 18, high: 50 };
+  const twoColumns = { label: 'Width of queue and inspector', name: 'review.side.two', initial: 36, low: 24, high: 60 };
   const sideSplitters = [
-    createSplitter({
-      label: 'Width of the right column',
-      orientation: 'vertical',
-      container: top,
-      variable: '--side-one',
-      name: 'review.side',
-      initial: 28,
-      low: 18,
-      high: 50,
-    }),
-    createSplitter({
-      label: 'Width of queue and inspector',
-      orientation: 'vertical',
-      container: top,
-      variable: '--side-two',
-      name: 'review.side.two',
-      initial: 36,
-      low: 24,
-      high: 60,
-    }),
+    createSplitter(top, '--side-one', 'vertical', oneColumn),
+    createSplitter(top, '--side-two', 'vertical', twoColumns),
   ];
   sideSplitters.forEach((splitter, index) => splitter.classList.add(index === 0 ? 'line-one' : 'line-two'));
   pictures.append(h('section.review-picture', { 'aria-label': 'Picture' }, picture.element), viewerSplitter, viewerPanel.element);
   top.append(pictures, ...sideSplitters, h('section.review-side', { 'aria-label': 'Track details and queue' }, sideTabs.element));
+  const foldedLanes = { label: 'Height of the folded lanes', name: 'review.lanes.folded', initial: 27.45, low: 12, high: 65 };
+  const allLanes = {
+    label: 'Height of the lanes',
+    name: 'review.lanes',
+    initial: innerHeight <= LOW_WINDOW_PX ? 43 : 38,
+    low: 12,
+    high: 65,
+  };
   const laneSplitters = [
-    createSplitter({
-      label: 'Height of the folded lanes',
-      orientation: 'horizontal',
-      container: grid,
-      variable: '--lanes-folded',
-      name: 'review.lanes.folded',
-      initial: 27.45,
-      low: 12,
-      high: 65,
-    }),
-    createSplitter({
-      label: 'Height of the lanes',
-      orientation: 'horizontal',
-      container: grid,
-      variable: '--lanes',
-      name: 'review.lanes',
-      initial: innerHeight <= LOW_WINDOW_PX ? 43 : 38,
-      low: 12,
-      high: 65,
-    }),
+    createSplitter(grid, '--lanes-folded', 'horizontal', foldedLanes),
+    createSplitter(grid, '--lanes', 'horizontal', allLanes),
   ];
   grid.append(top, ...laneSplitters, h('section.review-lanes', { 'aria-label': 'Time lanes' }, lanes.element));
   const notice = h('div.review-notice', loadingState('Opening the review', { signal: lifetime.signal }));
@@ -178,8 +146,7 @@ export function createReview(app) {
     },
     destroy() {
       lifetime.abort();
-      for (const part of parts) part.destroy();
-      element.remove();
+      for (const view of [toolbar, picture, viewerPanel, sideTabs, lanes]) view.destroy();
     },
   };
 }

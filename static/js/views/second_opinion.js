@@ -6,7 +6,7 @@
 import { errorMessage } from '../api/errors.js';
 import { formatRoute } from '../model/route.js';
 import { trackName } from '../model/track_name.js';
-import { fill, h } from './dom.js';
+import { fill, h, selectInput } from './dom.js';
 import { NO_CLASS } from '../model/documents.js';
 import { count, percent, plural } from '../model/format.js';
 import { imageWithPlaceholder } from './images.js';
@@ -57,6 +57,7 @@ export function createSecondOpinionForm(app, signal) {
     });
     /** @param {number|null} label */
     const sendAnswer = async (label) => {
+      for (const button of buttons) button.disabled = true; // a second click would answer twice
       try {
         await app.api.answerSecondOpinion(look.id, label, { signal });
         await showNext();
@@ -72,6 +73,11 @@ export function createSecondOpinionForm(app, signal) {
       if (label) void sendAnswer(label.id);
       else alert.textContent = 'Choose one of the labels.';
     };
+    const buttons = [
+      h('button.btn.btn-primary', { type: 'submit' }, 'Confirm'),
+      h('button.btn', { onclick: () => void sendAnswer(NO_CLASS) }, 'None of the labels'),
+      h('button.btn', { onclick: () => void sendAnswer(null) }, 'No sign'),
+    ];
     return [
       h('h2', 'Second opinion ', h('span.muted.small', `${plural(left, 'sign')} left`)),
       h('p.muted.small', 'Somebody has accepted this sign. Say what you see; their answer is not shown.'),
@@ -82,15 +88,7 @@ export function createSecondOpinionForm(app, signal) {
         src: app.api.searchCropUrl({ run: look.run_id, frame: look.frame, box: [x1, y1, x2, y2] }, PICTURE_WIDTH_PX),
       }),
       h('p.muted.small', { dir: 'auto' }, `${look.video_name}, frame ${look.frame}`),
-      h(
-        'form.second-opinion-answer',
-        { onsubmit: submit },
-        input,
-        names,
-        h('button.btn.btn-primary', { type: 'submit' }, 'Confirm'),
-        h('button.btn', { onclick: () => void sendAnswer(NO_CLASS) }, 'None of the labels'),
-        h('button.btn', { onclick: () => void sendAnswer(null) }, 'No sign'),
-      ),
+      h('form.second-opinion-answer', { onsubmit: submit }, input, names, ...buttons),
       alert,
     ];
   }
@@ -111,7 +109,10 @@ export function createSecondOpinionForm(app, signal) {
 export function createAgreementSection(app, opinions, people, signal, reload) {
   const { whole } = opinions;
   const status = h('p.small', { role: 'status' });
-  const person = h('select.select', { 'aria-label': 'Person' }, ...people.map((name) => h('option', { value: name }, name)));
+  const person = selectInput(
+    { 'aria-label': 'Person' },
+    people.map((name) => [name, name]),
+  );
   const share = h('input.input', {
     type: 'number',
     min: '0.1',

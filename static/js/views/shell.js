@@ -42,10 +42,7 @@ function applyTheme(theme) {
   document.documentElement.dataset.theme = dark ? 'dark' : 'light';
 }
 
-/**
- * @param {App} app
- * @returns {View}
- */
+/** @type {import('../page-types.js').CreatePart} */
 export function createShell(app) {
   const topBar = createTopBar(app);
   const banners = createBanners(app);
@@ -53,13 +50,9 @@ export function createShell(app) {
   const toasts = createToasts(app);
   const main = h('main.screen', { id: 'main', tabIndex: -1 });
   const element = h('div.shell', topBar.element, banners.element, main, dialogs.element, toasts.element, createTooltip(app.signal));
-  /** @type {{name: string, view: View}|null} */
-  let screen = null;
-  /** @type {State['theme']|null} */
-  let theme = null;
-  const systemTheme = matchMedia('(prefers-color-scheme: dark)');
-  const onSystemThemeChange = () => theme && applyTheme(theme);
-  systemTheme.addEventListener('change', onSystemThemeChange);
+  /** @type {{name: string, view: View}|null} */ let screen = null;
+  /** @type {State['theme']|null} */ let theme = null;
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => theme && applyTheme(theme));
 
   /** @param {State} state */
   function showTheme(state) {
@@ -94,12 +87,6 @@ export function createShell(app) {
       showScreen(state);
       dialogs.update(state);
       toasts.update(state);
-    },
-    destroy() {
-      systemTheme.removeEventListener('change', onSystemThemeChange);
-      screen?.view.destroy();
-      for (const part of [topBar, banners, dialogs, toasts]) part.destroy();
-      element.remove();
     },
   };
 }

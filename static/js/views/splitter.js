@@ -8,19 +8,15 @@ import { h } from './dom.js';
 import { recall, remember } from '../core/preferences.js';
 
 /**
- * @param {object} options
- * @param {string} options.label          what it resizes
- * @param {'vertical'|'horizontal'} options.orientation   of the divider
- * @param {HTMLElement} options.container  has the variable
- * @param {string} options.variable       `--side`
- * @param {string} options.name           name under which the size is remembered
- * @param {number} options.initial        share of the container for the area after the divider, per cent
- * @param {number} options.low
- * @param {number} options.high
- * @param {() => void} [options.onChange]
+ * @param {HTMLElement} container   has the variable
+ * @param {`--${string}`} variable
+ * @param {'vertical'|'horizontal'} orientation   of the divider
+ * @param {{label: string, name: string, initial: number, low: number, high: number}} options   label: what it resizes;
+ *   name: under which the size is remembered; initial, low, high: share of the container for the area after the divider,
+ *   per cent
  * @returns {HTMLElement}
  */
-export function createSplitter({ label, orientation, container, variable, name, initial, low, high, onChange }) {
+export function createSplitter(container, variable, orientation, { label, name, initial, low, high }) {
   const vertical = orientation === 'vertical';
   const stored = Number(recall(name) ?? NaN);
   let size = Number.isFinite(stored) ? stored : initial;
@@ -39,7 +35,6 @@ export function createSplitter({ label, orientation, container, variable, name, 
     size = Math.min(high, Math.max(low, next));
     container.style.setProperty(variable, `${size}%`);
     element.setAttribute('aria-valuenow', String(Math.round(size)));
-    onChange?.();
   }
 
   /** @param {PointerEvent} event */
@@ -70,17 +65,8 @@ export function createSplitter({ label, orientation, container, variable, name, 
   element.addEventListener('keydown', (event) => {
     const step = event.shiftKey ? 5 : 1;
     const [growKey, shrinkKey] = vertical ? ['ArrowLeft', 'ArrowRight'] : ['ArrowUp', 'ArrowDown'];
-    const next =
-      event.key === growKey
-        ? size + step
-        : event.key === shrinkKey
-          ? size - step
-          : event.key === 'Home'
-            ? low
-            : event.key === 'End'
-              ? high
-              : null;
-    if (next === null || event.altKey) return;
+    const next = { [growKey]: size + step, [shrinkKey]: size - step, Home: low, End: high }[event.key];
+    if (next === undefined || event.altKey) return;
     // The arrows also step frames; while the divider has the focus, they belong to it.
     event.preventDefault();
     event.stopPropagation();

@@ -14,12 +14,11 @@ import { createSplitter } from './splitter.js';
  * @param {string} options.name   name under which the open tab is remembered
  * @param {string} options.sideBySideQuery   media query for panels side by side
  * @param {{id: string, label: string, view: import('../page-types.js').View}[]} options.tabs   the two tabs
- * @returns {import('../page-types.js').View & {open: (id: string) => void}}
+ * @returns {import('../page-types.js').View}
  */
 export function createTabs({ label, name, sideBySideQuery, tabs }) {
   let openId = tabs.find(({ id }) => id === recall(name))?.id ?? tabs[0].id;
-  /** @type {import('../state-types.js').State|null} */
-  let lastState = null;
+  /** @type {import('../state-types.js').State|null} */ let lastState = null;
   const buttons = tabs.map((tab) =>
     h(
       'button.tab',
@@ -39,11 +38,9 @@ export function createTabs({ label, name, sideBySideQuery, tabs }) {
   const panels = tabs.map((tab) => h('div.tab-panel', { id: `panel-${tab.id}` }, tab.view.element));
   const list = h('div.tab-list', { role: 'tablist', 'aria-label': label }, ...buttons);
   const element = h('div.tabs');
-  const divider = createSplitter({
-    label: `Width of the ${tabs[1].label.toLowerCase()}`,
-    orientation: 'vertical',
-    container: element,
-    variable: '--second',
+  const widthLabel = `Width of the ${tabs[1].label.toLowerCase()}`;
+  const divider = createSplitter(element, '--second', 'vertical', {
+    label: widthLabel,
     name: `${name}.beside`,
     initial: 50,
     low: 25,
@@ -56,17 +53,8 @@ export function createTabs({ label, name, sideBySideQuery, tabs }) {
 
   list.addEventListener('keydown', (event) => {
     const index = tabs.findIndex(({ id }) => id === openId);
-    const next =
-      event.key === 'ArrowRight'
-        ? index + 1
-        : event.key === 'ArrowLeft'
-          ? index - 1
-          : event.key === 'Home'
-            ? 0
-            : event.key === 'End'
-              ? tabs.length - 1
-              : null;
-    if (next === null || event.altKey) return;
+    const next = { ArrowRight: index + 1, ArrowLeft: index - 1, Home: 0, End: tabs.length - 1 }[event.key];
+    if (next === undefined || event.altKey) return;
     event.preventDefault();
     event.stopPropagation();
     const nextIndex = (next + tabs.length) % tabs.length;
@@ -103,7 +91,6 @@ export function createTabs({ label, name, sideBySideQuery, tabs }) {
 
   return {
     element,
-    open: show,
     update(state) {
       lastState = state;
       tabs.forEach(({ view }, index) => panels[index].hidden || view.update(state));

@@ -14,25 +14,24 @@ import { pageHeading, tableHeading } from './headings.js';
 
 /** @typedef {import('../types.js').Worker} Worker */
 
-/**
- * @param {import('../page-types.js').App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreateView} */
 export function createTeam(app) {
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
   const container = h('div.library-inner.page-inner');
   const element = h('div.library', container);
   /** @type {string|null} */ let shownKey = null;
+  let latestRequest = 0;
 
   /** @param {string|null} person */
   async function load(person) {
+    const request = ++latestRequest;
     fill(container, h('div.library-notice', loadingState('Loading the figures', { signal, retry: () => void load(person) })));
     try {
       const sections = person === null ? await loadTeam() : renderActivity(app, await app.api.activity(person, null, { signal }), signal);
-      fill(container, ...sections);
+      if (request === latestRequest) fill(container, ...sections);
     } catch (thrown) {
-      if (signal.aborted) return;
+      if (signal.aborted || request !== latestRequest) return;
       fill(
         container,
         h(
@@ -68,10 +67,7 @@ export function createTeam(app) {
       shownKey = key;
       void load(person);
     },
-    destroy() {
-      lifetime.abort();
-      element.remove();
-    },
+    destroy: () => lifetime.abort(),
   };
 }
 
@@ -141,11 +137,7 @@ function personRow(worker) {
   );
 }
 
-/**
- * @param {import('../page-types.js').App} app
- * @param {import('../types.js').Activity} activity
- * @param {AbortSignal} signal
- */
+/** @param {import('../page-types.js').App} app @param {import('../types.js').Activity} activity @param {AbortSignal} signal */
 function renderActivity(app, activity, signal) {
   const { worker } = activity;
   const perHour = tracksPerHour(worker);
@@ -158,13 +150,17 @@ function renderActivity(app, activity, signal) {
     {
       hidden: cursor === null,
       onclick: async () => {
+        more.disabled = true; // a second click would append the same rows again
         try {
           const next = await app.api.activity(worker.name, cursor, { signal });
           cursor = next.more;
           more.hidden = cursor === null;
           list.append(...next.done.map(activityRow));
+          problem.textContent = '';
         } catch (thrown) {
           if (!signal.aborted) problem.textContent = errorMessage(thrown);
+        } finally {
+          more.disabled = false;
         }
       },
     },

@@ -8,25 +8,19 @@
 import { TOAST_END, TOAST } from '../core/toast.js';
 import { parseRoute, isSameView } from '../model/route.js';
 import { h } from './dom.js';
-import { icon } from './icons.js';
+import { icon, iconButton } from './icons.js';
 
 /** @typedef {import('../state-types.js').Route} Route */
 
-/** ms */
 const TOAST_DURATION_MS = 6000;
+const MAX_TOASTS = 4;
 
-/**
- * @param {{signal: AbortSignal}} app
- * @returns {import('../page-types.js').View}
- */
-export function createToasts(app) {
+/** @param {{signal: AbortSignal}} app @returns {import('../page-types.js').Part} */
+export function createToasts({ signal }) {
   const element = h('div.toasts', { role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices' });
-  const lifetime = new AbortController();
-  const signal = AbortSignal.any([lifetime.signal, app.signal]);
-  /** Notices that end with the next edit or screen: their screen, and the function that ends them. @type {Map<HTMLElement, {route: Route, close: () => void}>} */
-  const temporary = new Map();
-  /** @type {Route|null} */
-  let route = null;
+  /** Shown notices, oldest first; route: the screen of one that ends with the next edit or screen, else null. @type {Set<{topic: string, route: Route|null, close: () => void}>} */
+  const shown = new Set();
+  /** @type {Route|null} */ let route = null;
 
   /** Over the lower part of the picture, where the road is: signs, lanes and buttons stay visible. */
   function position() {
@@ -43,7 +37,7 @@ export function createToasts(app) {
   function show({ text, tone = 'info', action, topic, stays = tone === 'bad' }) {
     const close = () => {
       clearTimeout(timer);
-      temporary.delete(item);
+      shown.delete(entry);
       item.remove();
     };
     const item = h(
@@ -62,7 +56,7 @@ export function createToasts(app) {
           },
           action.label,
         ),
-      h('button.btn.btn-quiet.btn-icon.btn-small', { 'aria-label': 'Close this notice', onclick: close }, icon('close')),
+      iconButton('close', 'Close this notice', close, null),
     );
     let timer = setTimeout(close, TOAST_DURATION_MS);
     // A notice stays while the pointer is over it.
@@ -70,17 +64,16 @@ export function createToasts(app) {
     item.addEventListener('pointerleave', () => {
       timer = setTimeout(close, TOAST_DURATION_MS);
     });
-    item.dataset.topic = topic ?? text;
-    if (!stays) temporary.set(item, { route: parseRoute(location.hash), close });
-    for (const older of element.querySelectorAll('.toast'))
-      if (/** @type {HTMLElement} */ (older).dataset.topic === item.dataset.topic) older.remove();
+    const entry = { topic: topic ?? text, route: stays ? null : parseRoute(location.hash), close };
+    for (const older of [...shown]) if (older.topic === entry.topic) older.close();
+    shown.add(entry);
     position();
     element.append(item);
-    while (element.childElementCount > 4) element.firstElementChild?.remove();
+    for (const older of [...shown].slice(0, -MAX_TOASTS)) older.close();
   }
 
   document.addEventListener(TOAST, (event) => show(/** @type {CustomEvent} */ (event).detail), { signal });
-  document.addEventListener(TOAST_END, () => [...temporary.values()].forEach(({ close }) => close()), { signal });
+  document.addEventListener(TOAST_END, () => [...shown].forEach(({ route, close }) => route && close()), { signal });
   addEventListener('resize', position, { signal });
   return {
     element,
@@ -88,8 +81,7 @@ export function createToasts(app) {
       if (state.route === route) return;
       route = state.route;
       if (element.childElementCount > 0) position();
-      for (const shown of [...temporary.values()]) if (!isSameView(shown.route, state.route, state.review?.run?.id ?? null)) shown.close();
+      for (const { route: from, close } of [...shown]) if (from && !isSameView(from, state.route, state.review?.run?.id ?? null)) close();
     },
-    destroy: () => lifetime.abort(),
   };
 }

@@ -3,7 +3,7 @@
 
 import { verdictOf } from '../model/documents.js';
 import { runOperation } from '../operations/registry.js';
-import { addRovingTabIndex, h, returnFocusToPicture, scrollFocusedIntoView } from './dom.js';
+import { addRovingTabIndex, h, returnFocusToPicture, scrollFocusedIntoView, setAttribute } from './dom.js';
 import { icon, isIcon } from './icons.js';
 import { toast } from '../core/toast.js';
 
@@ -65,14 +65,10 @@ const verdictOfSelected = (review) => {
   return doc && verdictOf(doc);
 };
 
-/**
- * @param {App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreateView} */
 export function createToolbar(app) {
   const element = h('div.toolbar', { role: 'toolbar', 'aria-label': 'Operations' });
-  /** @type {[Operation, HTMLButtonElement][]} */
-  const buttons = [];
+  /** @type {[Operation, HTMLButtonElement][]} */ const buttons = [];
   const groups = TOOLBAR_GROUPS.map(([name, ids]) =>
     h(
       'div.toolbar-group',
@@ -100,8 +96,7 @@ export function createToolbar(app) {
   observer.observe(element);
   returnFocusToPicture(element);
   scrollFocusedIntoView(element);
-  /** @type {import('../state-types.js').State|null} */
-  let lastState = null;
+  /** @type {import('../state-types.js').State|null} */ let lastState = null;
 
   return {
     element,
@@ -110,10 +105,8 @@ export function createToolbar(app) {
       lastState = state;
       for (const [operation, button] of buttons) {
         const reason = operation.available(state) ? operation.disabled(state) : 'Open a video first.';
-        const disabled = String(reason !== null);
-        if (button.getAttribute('aria-disabled') !== disabled) button.setAttribute('aria-disabled', disabled);
-        const title = reason === null ? operation.tooltip : `${operation.tooltip}. ${reason}`;
-        if (button.title !== title) button.title = title;
+        setAttribute(button, 'aria-disabled', String(reason !== null));
+        setAttribute(button, 'title', reason === null ? operation.tooltip : `${operation.tooltip}. ${reason}`);
         const pressed = PRESSED[operation.id];
         if (pressed && state.review) {
           const value = String(pressed(state.review));
@@ -124,10 +117,7 @@ export function createToolbar(app) {
         }
       }
     },
-    destroy() {
-      observer.disconnect();
-      element.remove();
-    },
+    destroy: () => observer.disconnect(),
   };
 }
 

@@ -16,8 +16,7 @@ const GAP_PX = 6;
 export function createTooltip(signal) {
   // a popover is drawn on top of dialogs too
   const element = h('div.tooltip', { popover: 'manual', 'aria-hidden': 'true' });
-  /** @type {Element|null} */
-  let anchor = null;
+  /** @type {Element|null} */ let anchor = null;
 
   function hide() {
     anchor = null;

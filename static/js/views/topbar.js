@@ -23,10 +23,7 @@ const THEMES = /** @type {const} */ ({
   dark: ['auto', 'Theme: dark'],
 });
 
-/**
- * @param {App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreatePart} */
 export function createTopBar(app) {
   const { store } = app;
   const videoSelect = h('select.select.topbar-video', {
@@ -111,8 +108,7 @@ export function createTopBar(app) {
     settings,
     help,
   );
-  /** @type {Partial<State>} */
-  let lastState = {};
+  /** @type {Partial<State>} */ let lastState = {};
 
   return {
     element,
@@ -149,7 +145,6 @@ export function createTopBar(app) {
       }
       lastState = state;
     },
-    destroy: () => element.remove(),
   };
 }
 
@@ -164,12 +159,7 @@ function pageButton(app, id) {
   );
 }
 
-/**
- * @param {State} state
- * @param {HTMLElement} chooser
- * @param {HTMLSelectElement} videoSelect
- * @param {HTMLSelectElement} runSelect
- */
+/** @param {State} state @param {HTMLElement} chooser @param {HTMLSelectElement} videoSelect @param {HTMLSelectElement} runSelect */
 function showChooser(state, chooser, videoSelect, runSelect) {
   const { route } = state;
   chooser.hidden = route.screen !== 'review';
@@ -211,11 +201,7 @@ function setOptions(select, pairs, chosen, missingText) {
   setAttribute(select, 'title', pairs.find(([value]) => value === chosen)?.[1] ?? null);
 }
 
-/**
- * @param {State} state
- * @param {HTMLElement} saveButton
- * @param {HTMLElement} announcement
- */
+/** @param {State} state @param {HTMLElement} saveButton @param {HTMLElement} announcement */
 function showSaved(state, saveButton, announcement) {
   const { unsaved, held } = unsavedOf(state);
   const offline = state.connection === 'offline';

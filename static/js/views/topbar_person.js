@@ -5,10 +5,7 @@ import { fill, h } from './dom.js';
 import { icon } from './icons.js';
 import { toastErrors } from './toast_errors.js';
 
-/**
- * @param {import('../page-types.js').App} app
- * @returns {import('../page-types.js').View}
- */
+/** @type {import('../page-types.js').CreatePart} */
 export function createPerson(app) {
   const element = h('div.row.topbar-person', { hidden: true });
   /** @type {import('../types.js').Session['person']} */ let shownPerson = null;
@@ -42,6 +39,5 @@ export function createPerson(app) {
           ),
       );
     },
-    destroy: () => element.remove(),
   };
 }

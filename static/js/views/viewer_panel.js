@@ -7,7 +7,7 @@
 import { changeReview } from '../store/actions/review.js';
 import { fill, h, setText } from './dom.js';
 import { errorState, loadingState } from './placeholders.js';
-import { icon } from './icons.js';
+import { iconButton } from './icons.js';
 
 /** @typedef {import('../page-types.js').App} App */
 /** @typedef {import('../page-types.js').View} View */
@@ -26,16 +26,8 @@ const KINDS = {
  */
 export function createViewerPanel(app, onResize) {
   const title = h('h2.beside-title.truncate');
-  const enlargeButton = h(
-    'button.btn.btn-quiet.btn-icon.btn-small',
-    {
-      'aria-pressed': 'false',
-      'aria-label': 'Over the whole screen',
-      title: 'Over the whole screen',
-      onclick: () => setEnlarged(!isEnlarged),
-    },
-    icon('fit'),
-  );
+  const enlargeButton = iconButton('fit', 'Over the whole screen', () => setEnlarged(!isEnlarged));
+  enlargeButton.setAttribute('aria-pressed', 'false');
   const container = h('div.beside-body');
   const element = h(
     'section.beside',
@@ -45,25 +37,15 @@ export function createViewerPanel(app, onResize) {
       title,
       h('span.grow'),
       enlargeButton,
-      h(
-        'button.btn.btn-quiet.btn-icon.btn-small',
-        {
-          'aria-label': 'Close this view',
-          title: 'Close this view',
-          onclick: () => app.store.dispatch(changeReview, { beside: null }),
-        },
-        icon('close'),
-      ),
+      iconButton('close', 'Close this view', () => app.store.dispatch(changeReview, { beside: null })),
     ),
     container,
   );
-  /** @type {'recording'|'scene3d'|null} */
-  let shownKind = null;
-  /** @type {View|null} */
-  let view = null;
-  /** @type {State|null} */
-  let lastState = null;
+  /** @type {'recording'|'scene3d'|null} */ let shownKind = null;
+  /** @type {View|null} */ let view = null;
+  /** @type {State|null} */ let lastState = null;
   let isEnlarged = false;
+  let latestRequest = 0;
 
   /** @param {boolean} value */
   function setEnlarged(value) {
@@ -74,6 +56,7 @@ export function createViewerPanel(app, onResize) {
 
   /** @param {'recording'|'scene3d'|null} kind */
   async function open(kind) {
+    const request = ++latestRequest;
     view?.destroy();
     view = null;
     shownKind = kind;
@@ -88,7 +71,7 @@ export function createViewerPanel(app, onResize) {
     fill(container, loadingState('Loading the view', { signal: app.signal }));
     try {
       const created = await KINDS[kind].create(app);
-      if (shownKind !== kind) {
+      if (request !== latestRequest) {
         created.destroy();
         return;
       }
@@ -96,7 +79,7 @@ export function createViewerPanel(app, onResize) {
       fill(container, created.element);
       if (lastState) created.update(lastState);
     } catch (thrown) {
-      if (shownKind === kind)
+      if (request === latestRequest)
         fill(
           container,
           errorState('The view cannot be shown', thrown, () => open(kind)),
@@ -113,9 +96,8 @@ export function createViewerPanel(app, onResize) {
       else view?.update(state);
     },
     destroy() {
-      shownKind = null;
+      latestRequest += 1;
       view?.destroy();
-      element.remove();
     },
   };
 }

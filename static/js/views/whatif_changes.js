@@ -27,8 +27,7 @@ const KINDS = /** @type {const} */ ([
  * @returns {Change[]}   isReplayTrack: the track is the what-if's, not the run's
  */
 export function listChanges(run, kind, labels) {
-  /** @type {Record<string, any>[]} */
-  const entries = run.summary.difference?.[kind] ?? [];
+  /** @type {Record<string, any>[]} */ const entries = run.summary.difference?.[kind] ?? [];
   /** @param {number|null} id @param {string|null|undefined} word */
   const nameOf = (id, word) => engineName(labels, id, word);
   return entries.map((entry, at) => {
@@ -52,12 +51,7 @@ export function changedFrameCount(run) {
   return run.frames_done - (run.summary.identical_frames ?? run.frames_done);
 }
 
-/**
- * @param {import('../page-types.js').App} app
- * @param {Run} run
- * @param {{close?: () => void}} [options]
- * @returns {HTMLElement}
- */
+/** @param {import('../page-types.js').App} app @param {Run} run @param {{close?: () => void}} [options] @returns {HTMLElement} */
 export function createChangeList(app, run, { close } = {}) {
   const { labels } = app.store.get();
   const counts = run.summary.difference?.counts ?? {};

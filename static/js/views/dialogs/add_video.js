@@ -9,21 +9,18 @@ import { loadingState } from '../placeholders.js';
 import { bytes, count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { toast } from '../../core/toast.js';
+import { textInput } from './fields.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'add-video'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'add-video'>} */
 export function addVideoDialog({ app, close, signal }) {
   /** Paths of the chosen videos in this folder. @type {readonly string[]} */
   let chosenPaths = [];
   /** Paths of all videos in this folder. @type {readonly string[]} */
   let folderPaths = [];
   let folderPath = '';
-  const pathInput = h('input.input.grow', {
-    type: 'text',
-    id: 'add-path',
-    autocomplete: 'off',
+  let latestRequest = 0;
+  const pathInput = textInput('add-path', {
+    class: 'input grow',
     spellcheck: 'false',
     'aria-describedby': 'add-error add-hint',
     oninput: () => choose([], pathInput.value),
@@ -65,11 +62,13 @@ export function addVideoDialog({ app, close, signal }) {
 
   /** @param {string|null} path */
   async function open(path) {
+    const request = ++latestRequest;
     folderPaths = [];
     choose([]);
     list.replaceChildren(loadingState('Reading the folder', { signal, retry: () => open(path) }));
     try {
       const folder = await app.api.browse(path, { signal });
+      if (request !== latestRequest) return; // another folder has been opened meanwhile
       folderPath = folder.path;
       folderPaths = folder.videos.map((video) => video.path);
       const { parent } = folder;
@@ -89,7 +88,7 @@ export function addVideoDialog({ app, close, signal }) {
       );
       choose([]);
     } catch (thrown) {
-      if (signal.aborted) return;
+      if (signal.aborted || request !== latestRequest) return;
       fill(list);
       showError(thrown);
     }

@@ -10,10 +10,7 @@ import { plural } from '../../model/format.js';
 import { authorName } from '../../core/preferences.js';
 import { runName } from '../../model/describe_run.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'adopted'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'adopted'>} */
 export function adoptedDialog({ app, data, close, signal }) {
   const text = h(
     'p',

@@ -5,14 +5,11 @@ import { errorMessage } from '../../api/errors.js';
 import { assignedFrames, STATES } from '../../model/team.js';
 import { dropAssignment, putAssignment } from '../../store/actions/team.js';
 import { fill, h, setText } from '../dom.js';
-import { icon } from '../icons.js';
+import { iconButton } from '../icons.js';
 import { toast } from '../../core/toast.js';
 import { field, numberInput } from './fields.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'assign'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'assign'>} */
 export function assignDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const video = store.get().videos?.find(({ id }) => id === data.video);
@@ -55,14 +52,11 @@ export function assignDialog({ app, data, close, signal }) {
       'li.row',
       h('span', { class: `state-chip state-${assignment.state}` }, STATES[assignment.state]),
       h('span.grow.truncate', `${assignment.person}, ${assignedFrames(assignment)}`),
-      h(
-        'button.btn.btn-quiet.btn-small.btn-icon',
-        {
-          title: 'Remove this assignment',
-          'aria-label': `Remove the assignment of ${assignment.person}`,
-          onclick: () => void removeAssignment(assignment),
-        },
-        icon('trash'),
+      iconButton(
+        'delete',
+        `Remove the assignment of ${assignment.person}`,
+        () => void removeAssignment(assignment),
+        'Remove this assignment',
       ),
     );
 

@@ -19,10 +19,7 @@ const VERDICTS = [
   ['open', 'Open again', 'Open', 'opened again'],
 ];
 
-/**
- * @param {import('./index.js').DialogSetup<'bulk-review'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'bulk-review'>} */
 export function bulkReviewDialog({ app, close }) {
   const { store } = app;
   const choices = VERDICTS.map(([value, label]) =>

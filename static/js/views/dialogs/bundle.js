@@ -42,10 +42,7 @@ export function describeCutTracks(names, last) {
   return `${names.length === 1 ? `Track ${named} continues` : `Tracks ${named} continue`} after frame ${count(last)}. Without all votes, a class is expected only if you set it. A later last frame includes ${names.length === 1 ? 'it' : 'them'} completely.`;
 }
 
-/**
- * @param {import('./index.js').DialogSetup<'bundle'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'bundle'>} */
 export function bundleDialog({ app, close, signal }) {
   const review = app.store.get().review;
   const errorText = h('p.field-error.grow', { role: 'alert' });
@@ -100,7 +97,7 @@ export function bundleDialog({ app, close, signal }) {
     );
     cutTracksText.hidden = cutTracksText.textContent === '';
   }
-  onlySelected?.input.addEventListener('change', showExpectation, { signal });
+  onlySelected?.input.addEventListener('change', showExpectation);
 
   async function submit() {
     const range = frameRange.value();

@@ -5,10 +5,7 @@ import { offeredLabels } from '../../model/labels.js';
 import { h } from '../dom.js';
 import { createLabelPicker } from './label_picker.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'choose-label'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'choose-label'>} */
 export function chooseLabelDialog({ data, close }) {
   const picker = createLabelPicker({
     placeholder: 'Type a name, a code or a number',

@@ -82,14 +82,10 @@ function screenControls({ route }) {
   });
 }
 
-/**
- * @param {import('./index.js').DialogSetup<'palette'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'palette'>} */
 export function commandPaletteDialog({ app, close, signal }) {
   const items = prepareItems(paletteItems(app, app.store.get(), screenControls(app.store.get())));
-  /** @type {Item[]} */
-  let shownItems = [];
+  /** @type {Item[]} */ let shownItems = [];
   let markedIndex = 0;
   const list = h('ul.palette-list', { role: 'listbox', id: 'palette-list', 'aria-label': 'Found' });
   const statusText = h('p.muted.small.palette-told', { role: 'status' });

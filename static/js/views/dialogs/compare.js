@@ -4,11 +4,12 @@
 import { errorMessage } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
 import { listRuns } from '../../model/run_groups.js';
-import { openDialog, setRuns } from '../../store/actions/page.js';
+import { openDialog } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { modelVersionSuffix } from '../model_version_text.js';
 import { runTitle } from '../../model/describe_run.js';
+import { loadRuns } from '../load_runs.js';
 
 /**
  * The initial choice: the present comparison, else a run against ground truth or against its own corrections.
@@ -38,10 +39,7 @@ export function sidesAfterImport(sides, found) {
   return { ...sides, [found.kind === 'truth' ? 'reference' : 'candidate']: `${found.kind}:${found.id}` };
 }
 
-/**
- * @param {import('./index.js').DialogSetup<'compare'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'compare'>} */
 export function compareDialog({ app, data, close, signal }) {
   const { store, api } = app;
   let video = String(data.video);
@@ -64,17 +62,13 @@ export function compareDialog({ app, data, close, signal }) {
   const candidate = h('select.select', { id: 'compare-b', onchange: check });
   const errorText = h('p.field-error', { role: 'alert' });
   const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, 'Compare');
-  /** @type {import('../../api/ground_truths.js').GroundTruth[]} */
-  let groundTruths = [];
+  /** @type {import('../../api/ground_truths.js').GroundTruth[]} */ let groundTruths = [];
 
   async function load() {
     try {
       const requestedVideo = video;
       const [runs, videoTruths] = await Promise.all([
-        app.load(
-          () => api.runs(requestedVideo, { signal }),
-          (state, known) => setRuns(state, requestedVideo, known),
-        ),
+        loadRuns(app, requestedVideo, { signal }),
         api.groundTruths(requestedVideo, { signal }),
       ]);
       if (requestedVideo !== video) return; // another video has been chosen meanwhile

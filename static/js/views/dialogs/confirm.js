@@ -3,11 +3,9 @@
 
 import { errorMessage } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
+import { toast } from '../../core/toast.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'confirm'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'confirm'>} */
 export function confirmDialog({ data, close, signal }) {
   const errorText = h('p.field-error', { role: 'alert', hidden: true });
   const cancelButton = h('button.btn', { onclick: close }, 'Cancel');
@@ -26,6 +24,8 @@ export function confirmDialog({ data, close, signal }) {
       confirmButton.disabled = false;
       errorText.hidden = false;
       setText(errorText, errorMessage(thrown));
+      // the action goes on after its dialog is closed
+      if (signal.aborted) toast(errorMessage(thrown), { tone: 'bad' });
     }
   }
 

@@ -98,10 +98,7 @@ export function describeConflict({ moved, lost }, others, nameOf, when = moment)
   return [...savedChanges, ...movedTexts, ...lost.map(({ name, why }) => `“${commandName(name)}” cannot be kept. ${why}`)];
 }
 
-/**
- * @param {import('./index.js').DialogSetup<'conflict'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'conflict'>} */
 export function conflictDialog({ app, data, close }) {
   const { labels, review } = app.store.get();
   const { saved, mine: ownDocs, others } = data;
@@ -150,12 +147,7 @@ export function conflictDialog({ app, data, close }) {
   };
 }
 
-/**
- * @param {string} key
- * @param {TrackDoc|undefined} savedDoc
- * @param {TrackDoc|undefined} ownDoc
- * @param {readonly Label[]} labels
- */
+/** @param {string} key @param {TrackDoc|undefined} savedDoc @param {TrackDoc|undefined} ownDoc @param {readonly Label[]} labels */
 function versionTable(key, savedDoc, ownDoc, labels) {
   const [savedRows, ownRows] = [describeVersion(savedDoc, labels), describeVersion(ownDoc, labels)];
   const rows = [...new Set([...Object.keys(savedRows), ...Object.keys(ownRows)])];

@@ -15,14 +15,10 @@ const LOG_PAGE_ROWS = 1000;
 /** px */
 const PICTURE_SIZE_PX = 96;
 
-/**
- * @param {import('./index.js').DialogSetup<'deleted'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'deleted'>} */
 export function deletedDialog({ app, close, signal }) {
   const { store } = app;
-  /** @type {Map<string, import('../../model/deleted.js').LastEdit>} */
-  let lastEditByTrack = new Map();
+  /** @type {Map<string, import('../../model/deleted.js').LastEdit>} */ let lastEditByTrack = new Map();
   let lastSeq = 0;
   const list = h('ul.made-list', { 'aria-label': 'Deleted tracks' });
   const closeButton = h('button.btn.btn-primary', { onclick: close }, 'Close');

@@ -6,17 +6,13 @@ import { bytes } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { acceptFileDrops } from '../file_drop.js';
 
-/**
- * @param {{id: string, label: string, hint: string, accept?: string, onChange: () => void}} options
- */
+/** @param {{id: string, label: string, hint: string, accept?: string, onChange: () => void}} options */
 export function createDropField({ id, label, hint, accept, onChange }) {
-  /** @type {File|null} */
-  let file = null;
+  /** @type {File|null} */ let file = null;
   const input = h('input.visually-hidden', {
     type: 'file',
     id,
     accept,
-
     tabIndex: -1,
     'aria-label': label,
     onchange: () => {

@@ -3,7 +3,7 @@
 
 import { ApiError, errorMessage } from '../../api/errors.js';
 import { parseNumber, restoreChoice } from '../../model/exchange.js';
-import { putOutput, setRuns } from '../../store/actions/page.js';
+import { putOutput } from '../../store/actions/page.js';
 import { createOutputRow } from '../output_row.js';
 import { isActive } from '../output_text.js';
 import { fill, h, setText } from '../dom.js';
@@ -15,7 +15,8 @@ import { createExportEstimate } from './export_estimate.js';
 import { createExportLabels } from './export_labels.js';
 import { createExportRuns } from './export_runs.js';
 import { createExportSplit } from './export_split.js';
-import { choiceInput, field, group, messageWithField, numberInput, switchLabel } from './fields.js';
+import { choiceInput, field, group, messageWithField, numberInput, switchLabel, textInput } from './fields.js';
+import { loadMissingRuns } from '../load_runs.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').Output} Output */
@@ -38,17 +39,13 @@ const PICTURES = /** @type {const} */ ([
   ['all', 'All frames', 'A picture of every frame.'],
 ]);
 
-/**
- * @param {import('./index.js').DialogSetup<'export'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'export'>} */
 export function exportDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const remembered = restoreChoice(recall('export'));
   // earlier choices do not restrict a selection made by hand
   const initial = data.tracks ? { ...remembered, states: STATES.map(([value]) => value), labels: null, min_side: '' } : remembered;
-  /** @type {Format[]} */
-  let formats = [];
+  /** @type {Format[]} */ let formats = [];
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('export'), 'Export');
   const runs = createExportRuns(app, data.runs ?? [], check, signal);
@@ -76,18 +73,10 @@ export function exportDialog({ app, data, close, signal }) {
     maxErrorInput,
     'Tracks get only as many key frames as linear interpolation needs to stay this close; 0 makes every frame a key frame.',
   );
-  const nameInput = h('input.input', {
-    type: 'text',
-    id: 'export-name',
-    maxlength: 120,
-    autocomplete: 'off',
-    placeholder: 'made from video and format',
-  });
+  const nameInput = textInput('export-name', { maxlength: 120, placeholder: 'made from video and format' });
   const result = h('div.export-result', { 'aria-live': 'polite' });
-  /** @type {{row: ReturnType<typeof createOutputRow>, id: string}|null} */
-  let createdFile = null;
-  /** @type {Output|null} */
-  let shownOutput = null;
+  /** @type {{row: ReturnType<typeof createOutputRow>, id: string}|null} */ let createdFile = null;
+  /** @type {Output|null} */ let shownOutput = null;
 
   const findSelectedFormat = () => formats.find((one) => one.name === formatSelect.value);
 
@@ -131,8 +120,7 @@ export function exportDialog({ app, data, close, signal }) {
       thin: parseNumber(maxErrorInput.value, { name: 'The bound', low: 0, high: 100 }),
       ...split.numbers(),
     };
-    /** @type {Record<string, number|null>} */
-    const values = {};
+    /** @type {Record<string, number|null>} */ const values = {};
     for (const [key, found] of Object.entries(numbers)) {
       if (runIds.length > 1 && (key === 'first' || key === 'last')) continue;
       if (!selectedFormat.key_frames && key === 'thin') continue;
@@ -258,13 +246,7 @@ export function exportDialog({ app, data, close, signal }) {
     }
     for (const video of store.get().videos ?? []) {
       if (signal.aborted) return;
-      if (store.get().runs[video.id] || video.runs === 0) continue;
-      await app
-        .load(
-          () => api.runs(video.id, { signal }),
-          (state, runs) => setRuns(state, video.id, runs),
-        )
-        .catch(() => null);
+      if (video.runs > 0) await loadMissingRuns(app, video.id, { signal }).catch(() => null);
     }
   }
 

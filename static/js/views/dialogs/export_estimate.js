@@ -20,10 +20,8 @@ const MAX_RUNS = 12;
  */
 export function createExportEstimate(app, signal, onCounted) {
   const element = h('span.muted.small.export-count', { role: 'status' });
-  /** @type {Map<string, Promise<RunTracks>>} */
-  const loadedRuns = new Map();
-  /** @type {import('../../types.js').ExportRequest|null} */
-  let currentRequest = null;
+  /** @type {Map<string, Promise<RunTracks>>} */ const loadedRuns = new Map();
+  /** @type {import('../../types.js').ExportRequest|null} */ let currentRequest = null;
 
   /** @param {string} run @returns {Promise<RunTracks>} */
   function load(run) {
@@ -59,8 +57,7 @@ export function createExportEstimate(app, signal, onCounted) {
         last: (request.stop ?? 2 ** 31 - 1) - 1,
       };
       const totals = { tracks: 0, boxes: 0, rejected: 0, open: 0, unlabelled: 0 };
-      /** @type {Map<number, number>} */
-      const byLabel = new Map();
+      /** @type {Map<number, number>} */ const byLabel = new Map();
       for (const { tracks, docs } of runs) {
         const counts = countExported(tracks, docs, criteria, (id) => resolveLabelId(labels, id));
         totals.tracks += counts.tracks;

@@ -3,7 +3,7 @@
 
 import { labelFinder } from '../../model/label_finder.js';
 import { labelsById, offeredLabels } from '../../model/labels.js';
-import { fill, h, setText } from '../dom.js';
+import { fill, h, selectInput, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { choiceInput, field } from './fields.js';
 
@@ -50,14 +50,8 @@ export function createExportLabels(labels, initial, onChange) {
     for (const { input, element } of checkboxes) if (!element.hidden) input.checked = isChecked;
     onLabelsChange();
   };
-  /** @template {string} T @param {string} id @param {readonly (readonly [T, string])[]} options @param {T} value */
-  const createSelect = (id, options, value) => {
-    const element = h('select.select', { id, onchange: onLabelsChange }, ...options.map(([value, text]) => h('option', { value }, text)));
-    element.value = value;
-    return element;
-  };
-  const notInSetSelect = createSelect('export-not-in-set', NOT_IN_SET, initial.not_in_set);
-  const classMapSelect = createSelect('export-class-map', CLASS_MAP, initial.class_map);
+  const notInSetSelect = selectInput({ id: 'export-not-in-set', onchange: onLabelsChange }, NOT_IN_SET, initial.not_in_set);
+  const classMapSelect = selectInput({ id: 'export-class-map', onchange: onLabelsChange }, CLASS_MAP, initial.class_map);
   const element = h(
     'div.stack',
     h(
@@ -100,8 +94,7 @@ export function createExportLabels(labels, initial, onChange) {
     classMap: () => /** @type {'all'|'used'} */ (classMapSelect.value),
     /** Set whether the format has regions to ignore. @param {boolean} isAllowed */
     allowIgnore(isAllowed) {
-      const option = /** @type {HTMLOptionElement} */ (notInSetSelect.options[1]);
-      option.disabled = !isAllowed;
+      notInSetSelect.options[1].disabled = !isAllowed;
       if (!isAllowed && notInSetSelect.value === 'ignore') notInSetSelect.value = 'leave-out';
     },
     /** Show the number of tracks by label, once known. @param {Map<number, number>|null} byLabel */

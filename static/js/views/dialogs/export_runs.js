@@ -30,8 +30,7 @@ export function createExportRuns(app, initialRuns, onChange, signal) {
   const element = h('div.field', h('div.row', h('span.field-label.grow', 'Videos'), total), search, list);
   /** Chosen run by video; a video without an entry is not selected. @type {Map<string, string>} */
   const chosenRuns = new Map();
-  /** @type {State|null} */
-  let lastState = null;
+  /** @type {State|null} */ let lastState = null;
   let isInitialised = false;
 
   /** @param {State} state @param {Video} video @returns {Run[]} */

@@ -2,11 +2,15 @@
 /** The part of the export dialog that splits signs or videos into training, validation and test. */
 
 import { parseNumber } from '../../model/exchange.js';
-import { h } from '../dom.js';
+import { h, selectInput } from '../dom.js';
 import { choiceInput, field, numberInput } from './fields.js';
 
 const HELP =
   'Shares count boxes. The same sign in thirty frames gives thirty near copies, so signs that share a frame stay together in one part. The leakage check proves that no sign and no picture is in two parts; otherwise nothing is written.';
+const SPLIT_BY = /** @type {const} */ ([
+  ['sign', 'by sign'],
+  ['video', 'by video'],
+]);
 const SHARE = { name: 'The share', low: 0, high: 1000, empty: 0 };
 
 /**
@@ -19,13 +23,7 @@ export function createExportSplit(initial, onChange) {
     label,
     input: numberInput(`export-share-${at}`, initial.shares[at], onChange),
   }));
-  const splitBySelect = h(
-    'select.select',
-    { id: 'export-by', onchange: onChange },
-    h('option', { value: 'sign' }, 'by sign'),
-    h('option', { value: 'video' }, 'by video'),
-  );
-  splitBySelect.value = initial.split_by;
+  const splitBySelect = selectInput({ id: 'export-by', onchange: onChange }, SPLIT_BY, initial.split_by);
   const seed = numberInput('export-seed', initial.seed, onChange, { inputmode: 'numeric' });
   const balanceLabels = choiceInput(
     'checkbox',

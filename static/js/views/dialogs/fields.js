@@ -47,6 +47,14 @@ export function choiceInput(type, props, ...content) {
 }
 
 /**
+ * A field for one line of text.
+ *
+ * @param {string} id
+ * @param {import('../dom.js').Props} props
+ */
+export const textInput = (id, props) => h('input.input', { type: 'text', id, autocomplete: 'off', ...props });
+
+/**
  * A short field for a number.
  *
  * @param {string} id
@@ -54,8 +62,7 @@ export function choiceInput(type, props, ...content) {
  * @param {() => void} oninput
  * @param {Record<string, unknown>} [props]
  */
-export const numberInput = (id, value, oninput, props = {}) =>
-  h('input.input', { type: 'text', inputmode: 'decimal', autocomplete: 'off', id, value, oninput, ...props });
+export const numberInput = (id, value, oninput, props = {}) => textInput(id, { inputmode: 'decimal', value, oninput, ...props });
 
 /**
  * The label of a switch of a format: `first_frame` becomes `First frame`.

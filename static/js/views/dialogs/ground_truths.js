@@ -6,13 +6,10 @@ import { openDialog } from '../../store/actions/page.js';
 import { fill, h, setText } from '../dom.js';
 import { emptyState } from '../placeholders.js';
 import { plural } from '../../model/format.js';
-import { icon } from '../icons.js';
+import { icon, iconButton } from '../icons.js';
 import { toast } from '../../core/toast.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'ground-truths'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'ground-truths'>} */
 export function groundTruthsDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const list = h('ul.made-list', { 'aria-label': 'Ground truths', hidden: true });
@@ -59,11 +56,7 @@ export function groundTruthsDialog({ app, data, close, signal }) {
                   },
                   'Show',
                 ),
-              h(
-                'button.btn.btn-small.btn-quiet.btn-icon',
-                { 'aria-label': `Delete ${truth.name}`, title: 'Delete …', onclick: () => confirmRemoval(truth) },
-                icon('trash'),
-              ),
+              iconButton('delete', `Delete ${truth.name}`, () => confirmRemoval(truth), 'Delete …'),
             ),
           ),
         ),
@@ -84,7 +77,7 @@ export function groundTruthsDialog({ app, data, close, signal }) {
         text: `${truth.name} with ${plural(truth.count, 'box', 'boxes')} will be deleted. Runs and corrections stay.`,
         run: async () => {
           await api.removeTruth(truth.id);
-          if (store.get().review?.video.id === data.video) app.loader.showTruth(null);
+          if (store.get().review?.truthId === truth.id) app.loader.showTruth(null);
           toast(`${truth.name} was deleted.`);
         },
       },

@@ -16,8 +16,7 @@ const KEY_CAPS = { ' ': 'Space', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '
  */
 export function groupOperations(operations, text) {
   const words = text.toLowerCase().split(/\s+/).filter(Boolean);
-  /** @type {Map<string, Operation[]>} */
-  const groups = new Map();
+  /** @type {Map<string, Operation[]>} */ const groups = new Map();
   for (const operation of operations) {
     const searchable = `${operation.label} ${operation.tooltip} ${operation.keys.join(' ')} ${operation.group}`.toLowerCase();
     if (!words.every((word) => searchable.includes(word))) continue;
@@ -48,10 +47,7 @@ export function keyHint(keys) {
   return h('span.keys', ...parts.map((part) => h('kbd.kbd', KEY_CAPS[part] ?? part)));
 }
 
-/**
- * @param {import('./index.js').DialogSetup<'help'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'help'>} */
 export function helpDialog({ app, close }) {
   const search = h('input.input', {
     type: 'search',

@@ -4,9 +4,9 @@
 import { ApiError, errorMessage } from '../../api/errors.js';
 import { parseLabelMap } from '../../model/label_mapping.js';
 import { formatRoute } from '../../model/route.js';
-import { putRun, setRuns } from '../../store/actions/page.js';
+import { putRun } from '../../store/actions/page.js';
 import { skippedListItems } from '../output_row.js';
-import { fill, h, setText } from '../dom.js';
+import { fill, h, selectInput, setText } from '../dom.js';
 import { bytes, count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { showInReview } from '../show_in_review.js';
@@ -14,9 +14,10 @@ import { recall, remember, authorName } from '../../core/preferences.js';
 import { runTitle } from '../../model/describe_run.js';
 import { toast } from '../../core/toast.js';
 import { createDropField } from './drop_field.js';
-import { choiceInput, field, group, switchLabel } from './fields.js';
+import { choiceInput, field, group, switchLabel, textInput } from './fields.js';
 import { createLabelMapping } from './import_label_mapping.js';
 import { createImportProgress } from './import_progress.js';
+import { loadRuns } from '../load_runs.js';
 
 /** @typedef {import('../../types.js').Format} Format */
 /** @typedef {import('../../types.js').ImportResult} ImportResult */
@@ -29,15 +30,11 @@ const KINDS = /** @type {const} */ ([
 
 const SHOW = { annotation: 'Show the corrected run', truth: 'Show the ground truth', run: 'Show the run' };
 
-/**
- * @param {import('./index.js').DialogSetup<'import'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'import'>} */
 export function importDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const video = store.get().videos?.find(({ id }) => id === data.video) ?? store.get().review?.video;
-  /** @type {Format[]} */
-  let formats = [];
+  /** @type {Format[]} */ let formats = [];
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const refusalElement = h('div.import-refused', { role: 'alert', hidden: true });
   const progress = createImportProgress({ api });
@@ -68,22 +65,15 @@ export function importDialog({ app, data, close, signal }) {
   );
   const runSelect = h('select.select', { id: 'import-run', onchange: check });
   const runField = field('Run to correct', runSelect);
-  const nameInput = h('input.input', {
-    type: 'text',
-    id: 'import-name',
+  const nameInput = textInput('import-name', {
     maxlength: 120,
-    autocomplete: 'off',
     oninput: () => {
       nameInput.dataset.typed = 'yes';
       check();
     },
   });
   const nameField = field('Name', nameInput, 'A ground truth of the same name is replaced.');
-  const formatSelect = h(
-    'select.select',
-    { id: 'import-format', onchange: () => showFormat() },
-    h('option', { value: '' }, 'detected from the file'),
-  );
+  const formatSelect = selectInput({ id: 'import-format', onchange: showFormat }, [['', 'detected from the file']]);
   const summary = h('p.muted.small');
   const switches = h('div.stack');
   const mappingInput = h('textarea.textarea', {
@@ -133,9 +123,11 @@ export function importDialog({ app, data, close, signal }) {
   /** @param {import('../../types.js').Switch} option */
   function createControl({ name, values, free }) {
     const props = { id: `import-switch-${name}`, dataset: { name } };
-    return free
-      ? h('input.input', { ...props, type: 'text', value: values[0], autocomplete: 'off' })
-      : h('select.select', { ...props }, ...values.map((value) => h('option', { value }, value)));
+    if (free) return textInput(props.id, { ...props, value: values[0] });
+    return selectInput(
+      props,
+      values.map((value) => [value, value]),
+    );
   }
 
   function findProblem() {
@@ -312,10 +304,7 @@ export function importDialog({ app, data, close, signal }) {
       const [allFormats, videoLabels, runs] = await Promise.all([
         api.formats({ signal }),
         api.labels(video?.label_set ? video.id : null, { signal }),
-        app.load(
-          () => api.runs(data.video, { signal }),
-          (state, known) => setRuns(state, data.video, known),
-        ),
+        loadRuns(app, data.video, { signal }),
       ]);
       labels = videoLabels;
       formats = allFormats.filter(({ can_import }) => can_import);

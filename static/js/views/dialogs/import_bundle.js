@@ -11,10 +11,7 @@ import { authorName } from '../../core/preferences.js';
 import { createDropField } from './drop_field.js';
 import { tableHeading } from '../headings.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'import-bundle'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'import-bundle'>} */
 export function importBundleDialog({ app, data, close, signal }) {
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('add'), 'Open');

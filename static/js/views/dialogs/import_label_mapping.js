@@ -3,7 +3,7 @@
 
 import { ANSWERS, mappingOf, initialAnswer } from '../../model/label_mapping.js';
 import { offeredLabels } from '../../model/labels.js';
-import { h } from '../dom.js';
+import { h, selectInput } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { tableHeading } from '../headings.js';
 
@@ -38,8 +38,7 @@ export function createLabelMapping({ api, video, unknown, labels, onChange, sign
       'aria-label': `Label of ${unknownLabel.name}`,
       oninput: onChange,
     });
-    const kindSelect = h(
-      'select.select',
+    const kindSelect = selectInput(
       {
         'aria-label': `How to import ${unknownLabel.name}`,
         onchange: () => {
@@ -48,9 +47,9 @@ export function createLabelMapping({ api, video, unknown, labels, onChange, sign
           onChange();
         },
       },
-      ...ANSWERS.map(([value, text]) => h('option', { value }, text)),
+      ANSWERS,
+      proposal.kind,
     );
-    kindSelect.value = proposal.kind;
     labelInput.hidden = proposal.kind !== 'label';
     const picture = h('canvas.mapping-example', {
       width: EXAMPLE_SIZE_PX,

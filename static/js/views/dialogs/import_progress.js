@@ -9,9 +9,7 @@ import { randomId } from '../../core/random_id.js';
 /** Interval of requests, ms. */
 const POLL_INTERVAL_MS = 400;
 
-/**
- * @param {{api: import('../../api/client.js').Api}} setup
- */
+/** @param {{api: import('../../api/client.js').Api}} setup */
 export function createImportProgress({ api }) {
   const text = h('p.muted.small.grow', { role: 'status' });
   const cancelButton = h('button.btn', { onclick: () => void cancelImport() }, 'Cancel import');

@@ -67,7 +67,9 @@ import { whatIfDialog } from './whatif.js';
  * @property {AbortSignal} signal   aborted when the dialog closes
  */
 
-/** @type {{[K in DialogKind]: (setup: DialogSetup<K>) => DialogContent}} */
+/** @template {DialogKind} K @typedef {(setup: DialogSetup<K>) => DialogContent} CreateDialog */
+
+/** @type {{[K in DialogKind]: CreateDialog<K>}} */
 const KINDS = {
   'add-video': addVideoDialog,
   adopted: adoptedDialog,
@@ -104,10 +106,7 @@ const KINDS = {
   whatif: whatIfDialog,
 };
 
-/**
- * @param {App} app
- * @returns {import('../../page-types.js').View}
- */
+/** @type {import('../../page-types.js').CreatePart} */
 export function createDialogs(app) {
   const element = h('div.dialog-layer');
   /** @type {{dialog: Dialog, element: HTMLDialogElement, content: DialogContent, lifetime: AbortController}|null} */
@@ -189,10 +188,6 @@ export function createDialogs(app) {
         if (state.dialog) show(state.dialog);
       }
       current?.content.update?.(state);
-    },
-    destroy() {
-      hide();
-      element.remove();
     },
   };
 }

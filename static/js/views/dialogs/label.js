@@ -3,12 +3,12 @@
 
 import { errorMessage } from '../../api/errors.js';
 import { CATEGORIES, SHAPES, changeOf, formOf } from '../../model/label_form.js';
-import { h, setText } from '../dom.js';
+import { h, selectInput, setText } from '../dom.js';
 import { icon } from '../icons.js';
 import { toPngBase64 } from '../label_picture.js';
 import { imageWithPlaceholder, setImageSource } from '../images.js';
 import { toast } from '../../core/toast.js';
-import { field, group } from './fields.js';
+import { field, group, textInput } from './fields.js';
 import { createAttributeRows } from './label_attributes.js';
 
 /** @typedef {import('../../types.js').Label} Label */
@@ -19,59 +19,44 @@ const TEACH_OPTIONS = /** @type {const} */ ([
   ['ignore', 'not used: neither sign nor background'],
 ]);
 
-/**
- * @param {import('./index.js').DialogSetup<'label'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'label'>} */
 export function labelDialog({ app, data, close, signal }) {
-  /** @type {Label|null} */
   const label = data.label ?? null;
   const initial = formOf(label);
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const saveButton = h('button.btn.btn-primary', { type: 'submit' }, label ? 'Save' : 'Add');
   /** @param {string} id @param {string} value @param {Record<string, unknown>} [props] */
-  const textInput = (id, value, props = {}) =>
-    h('input.input', { type: 'text', id: `label-${id}`, autocomplete: 'off', spellcheck: 'false', maxlength: 200, value, ...props });
-  /** @param {string} id @param {readonly (readonly [string, string])[]} options @param {string} value */
-  const createSelect = (id, options, value) => {
-    const element = h('select.select', { id: `label-${id}` }, ...options.map(([value, text]) => h('option', { value }, text)));
-    element.value = value;
-    return element;
-  };
-  const name = textInput('name', initial.name, { dir: 'auto' });
-  const key = textInput('key', initial.key, { maxlength: 100, readOnly: label !== null, placeholder: 'made from the name' });
-  const short = textInput('short', initial.short, { maxlength: 12, dir: 'auto', placeholder: 'the start of the name' });
+  const labelInput = (id, value, props = {}) => textInput(`label-${id}`, { spellcheck: 'false', maxlength: 200, value, ...props });
+  const name = labelInput('name', initial.name, { dir: 'auto' });
+  const key = labelInput('key', initial.key, { maxlength: 100, readOnly: label !== null, placeholder: 'made from the name' });
+  const short = labelInput('short', initial.short, { maxlength: 12, dir: 'auto', placeholder: 'the start of the name' });
   const aliases = h('textarea.textarea', { id: 'label-aliases', rows: 4, spellcheck: 'false', dir: 'auto', value: initial.aliases });
-  const shape = createSelect(
-    'shape',
+  const shape = selectInput(
+    { id: 'label-shape' },
     SHAPES.map((option) => [option, option]),
     initial.shape,
   );
-  const category = createSelect(
-    'category',
+  const category = selectInput(
+    { id: 'label-category' },
     CATEGORIES.map((option) => [option, option]),
     initial.category,
   );
-  const teach = createSelect('teach', TEACH_OPTIONS, initial.teach);
-  const pinned = createSelect(
-    'pinned',
+  const teach = selectInput({ id: 'label-teach' }, TEACH_OPTIONS, initial.teach);
+  const pinned = selectInput(
+    { id: 'label-pinned' },
     [
       ['', 'no digit'],
       ...[1, 2, 3, 4, 5, 6, 7, 8, 9].map((digit) => {
-        const other = /** @type {Label[]} */ (data.labels).find((one) => one.pinned === digit && one.id !== label?.id);
-        return /** @type {[string, string]} */ ([String(digit), other ? `Ctrl+${digit}, now ${other.name}` : `Ctrl+${digit}`]);
+        const other = data.labels.find((one) => one.pinned === digit && one.id !== label?.id);
+        return /** @type {const} */ ([String(digit), other ? `Ctrl+${digit}, now ${other.name}` : `Ctrl+${digit}`]);
       }),
     ],
     initial.pinned,
   );
-  const size = textInput('size', initial.size_mm, { inputmode: 'decimal', placeholder: 'not known' });
-  const mirror = textInput('mirror', initial.mirror, { placeholder: 'none', list: 'label-keys' });
-  const keys = h(
-    'datalist',
-    { id: 'label-keys' },
-    ...data.labels.map((/** @type {Label} */ one) => h('option', { value: one.key }, one.name)),
-  );
-  const colour = textInput('colour', initial.colour, { placeholder: 'chosen by the tool', maxlength: 7 });
+  const size = labelInput('size', initial.size_mm, { inputmode: 'decimal', placeholder: 'not known' });
+  const mirror = labelInput('mirror', initial.mirror, { placeholder: 'none', list: 'label-keys' });
+  const keys = h('datalist', { id: 'label-keys' }, ...data.labels.map((one) => h('option', { value: one.key }, one.name)));
+  const colour = labelInput('colour', initial.colour, { placeholder: 'chosen by the tool', maxlength: 7 });
   const attributes = createAttributeRows(initial.attributes);
   const picture = imageWithPlaceholder({
     class: 'label-shown',
@@ -83,7 +68,6 @@ export function labelDialog({ app, data, close, signal }) {
   const file = h('input.visually-hidden', {
     type: 'file',
     accept: 'image/*',
-
     tabIndex: -1,
     'aria-label': 'Picture of the label',
     onchange: () => void setPicture(),

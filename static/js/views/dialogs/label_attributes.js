@@ -2,16 +2,21 @@
 /** The attributes of a label, as rows that can be changed, added and removed. */
 
 import { KINDS, NEW_ATTRIBUTE } from '../../model/label_form.js';
-import { fill, h } from '../dom.js';
+import { fill, h, selectInput } from '../dom.js';
 import { icon } from '../icons.js';
 import { choiceInput, field } from './fields.js';
 
 /** @typedef {import('../../model/label_form.js').AttributeForm} AttributeForm */
 
+const DEFAULTS = /** @type {const} */ ([
+  ['', 'none'],
+  ['true', 'yes'],
+  ['false', 'no'],
+]);
+
 /** @param {readonly AttributeForm[]} initialForms */
 export function createAttributeRows(initialForms) {
-  /** @type {AttributeForm[]} */
-  let attributeForms = initialForms.map((one) => ({ ...one }));
+  /** @type {AttributeForm[]} */ let attributeForms = initialForms.map((one) => ({ ...one }));
   const list = h('div.stack');
   const addButton = h(
     'button.btn.btn-small',
@@ -19,8 +24,9 @@ export function createAttributeRows(initialForms) {
       onclick: () => {
         attributeForms = [...attributeForms, { ...NEW_ATTRIBUTE }];
         show();
-        list.querySelector(`#attribute-${attributeForms.length - 1}-name`)?.scrollIntoView({ block: 'nearest' });
-        /** @type {HTMLElement|null} */ (list.querySelector(`#attribute-${attributeForms.length - 1}-name`))?.focus();
+        const name = /** @type {HTMLElement} */ (list.querySelector(`#attribute-${attributeForms.length - 1}-name`));
+        name.scrollIntoView({ block: 'nearest' });
+        name.focus();
       },
     },
     icon('add'),
@@ -44,14 +50,11 @@ export function createAttributeRows(initialForms) {
         maxlength: 200,
         value: form[part],
         ...props,
-        oninput: () => {
-          form[part] = input.value;
-        },
+        oninput: () => (form[part] = input.value),
       });
       return field(label, input);
     };
-    const kind = h(
-      'select.select',
+    const kind = selectInput(
       {
         id: fieldId('kind'),
         onchange: () => {
@@ -61,43 +64,21 @@ export function createAttributeRows(initialForms) {
           /** @type {HTMLElement|null} */ (list.querySelector(`#${fieldId('kind')}`))?.focus();
         },
       },
-      ...KINDS.map(([value, text]) => h('option', { value }, text)),
+      KINDS,
+      form.kind,
     );
-    kind.value = form.kind;
     const mutable = choiceInput(
       'checkbox',
-      {
-        checked: form.mutable,
-        onchange: () => {
-          form.mutable = mutable.input.checked;
-        },
-      },
+      { checked: form.mutable, onchange: () => (form.mutable = mutable.input.checked) },
       'May change from frame to frame',
     );
     const values = h('textarea.textarea', {
       id: fieldId('values'),
       rows: 3,
       value: form.values,
-      oninput: () => {
-        form.values = values.value;
-      },
+      oninput: () => (form.values = values.value),
     });
-    const defaultSelect = h(
-      'select.select',
-      {
-        id: fieldId('start'),
-        onchange: () => {
-          form.start = defaultSelect.value;
-        },
-      },
-      ...[
-        ['', 'none'],
-        ['true', 'yes'],
-        ['false', 'no'],
-      ].map(([value, text]) => h('option', { value }, text)),
-    );
-    defaultSelect.value = form.start;
-    const defaultLabel = 'Default';
+    const defaultSelect = selectInput({ id: fieldId('start'), onchange: () => (form.start = defaultSelect.value) }, DEFAULTS, form.start);
     return h(
       'fieldset.label-attribute',
       h('legend.visually-hidden', form.name || 'New attribute'),
@@ -107,7 +88,7 @@ export function createAttributeRows(initialForms) {
         field('Type', kind),
         form.kind === 'number' && textField('low', 'Least', { inputmode: 'decimal' }),
         form.kind === 'number' && textField('high', 'Largest', { inputmode: 'decimal' }),
-        form.kind === 'checkbox' ? field(defaultLabel, defaultSelect) : textField('start', defaultLabel),
+        form.kind === 'checkbox' ? field('Default', defaultSelect) : textField('start', 'Default'),
       ),
       form.kind === 'select' && field('Values, one per line', values),
       h(

@@ -2,11 +2,11 @@
 /** Import labels from another set or a file of another tool, and save this set as a file. */
 
 import { errorMessage } from '../../api/errors.js';
-import { fill, h, setText } from '../dom.js';
+import { fill, h, selectInput, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { createDropField } from './drop_field.js';
-import { field } from './fields.js';
+import { field, textInput } from './fields.js';
 
 const FORMATS = /** @type {const} */ ([
   ['tsr', 'JSON of tsr', 'All data of each label.'],
@@ -17,19 +17,15 @@ const FORMATS = /** @type {const} */ ([
   ['label-studio', 'Label Studio’s XML', 'The labelling interface of a video project.'],
 ]);
 
-/**
- * @param {import('./index.js').DialogSetup<'label-files'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'label-files'>} */
 export function labelFilesDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const resultElement = h('div.stack', { role: 'status' });
   const otherSets = (store.get().labelSets ?? []).filter(({ key }) => key !== data.set);
-  const sourceSelect = h(
-    'select.select',
+  const sourceSelect = selectInput(
     { id: 'labels-from' },
-    ...otherSets.map(({ key, name, labels }) => h('option', { value: key }, `${name} (${plural(labels, 'label')})`)),
+    otherSets.map(({ key, name, labels }) => [key, `${name} (${plural(labels, 'label')})`]),
   );
   const addMissingButton = h(
     'button.btn',
@@ -53,14 +49,7 @@ export function labelFilesDialog({ app, data, close, signal }) {
       setText(errorText, '');
     },
   });
-  const newKeyInput = h('input.input', {
-    type: 'text',
-    id: 'labels-new',
-    maxlength: 64,
-    autocomplete: 'off',
-    spellcheck: 'false',
-    placeholder: 'no: add to this set',
-  });
+  const newKeyInput = textInput('labels-new', { maxlength: 64, spellcheck: 'false', placeholder: 'no: add to this set' });
   const importButton = h(
     'button.btn',
     {

@@ -6,10 +6,7 @@ import { fill, h, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
 import { icon } from '../icons.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'label-history'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'label-history'>} */
 export function labelHistoryDialog({ app, data, close, signal }) {
   const list = h('ol.made-list', { 'aria-label': 'Versions, newest first' });
   const errorText = h('p.field-error.grow', { role: 'alert' });

@@ -28,15 +28,10 @@ export function describeMerge(label, into, usage) {
   return `${tracks} Its names will mean '${into.name}'. The merge can be undone in the history; stored data is not rewritten.`.trim();
 }
 
-/**
- * @param {import('./index.js').DialogSetup<'label-merge'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'label-merge'>} */
 export function labelMergeDialog({ app, data, close, signal }) {
-  /** @type {Label} */
-  const label = data.label;
-  /** @type {Label|null} */
-  let into = null;
+  /** @type {Label} */ const label = data.label;
+  /** @type {Label|null} */ let into = null;
   const summary = h(
     'p',
     { role: 'status' },

@@ -123,8 +123,7 @@ export function createLabelPicker({ onPick, noteAfterName = () => '', furtherRow
     if (rowCount < matching.length) drawRequest = requestAnimationFrame(() => draw(rowCount + ROWS_PER_FRAME));
   }
 
-  /** @type {Element|null} */
-  let markedRow = null;
+  /** @type {Element|null} */ let markedRow = null;
 
   function markRow() {
     if (markedIndex < matching.length && markedIndex >= list.childElementCount - 1) draw(markedIndex + 1);

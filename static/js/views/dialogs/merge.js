@@ -28,13 +28,9 @@ export function nearestFrame(runs, frame) {
   return candidates.reduce((best, one) => (Math.abs(one - frame) < Math.abs(best - frame) ? one : best));
 }
 
-/**
- * @param {import('./index.js').DialogSetup<'merge'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'merge'>} */
 export function mergeDialog({ app, data, close, signal }) {
-  /** @type {string[]} */
-  const keys = data.marked;
+  /** @type {string[]} */ const keys = data.marked;
   let keptKey = keys[0];
   const orderedKeys = () => [keptKey, ...keys.filter((key) => key !== keptKey)];
   const pictures = h('div.stack');

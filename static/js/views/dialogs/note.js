@@ -2,16 +2,13 @@
 /** A note on a track, pinned to a frame. */
 
 import { trackName } from '../../model/track_name.js';
-import { editTrack } from '../view_actions.js';
+import { editTrack } from '../edit_track.js';
 import { h, setText } from '../dom.js';
 import { randomId } from '../../core/random_id.js';
 
 const MAX_LENGTH = 2000;
 
-/**
- * @param {import('./index.js').DialogSetup<'note'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'note'>} */
 export function noteDialog({ app, data, close }) {
   const review = app.store.get().review;
   const key = data.key ?? review?.selected ?? null;

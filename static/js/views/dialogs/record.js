@@ -12,10 +12,7 @@ import { createFrameRange } from './frame_range.js';
 const INITIAL_FRAMES = 300;
 const MAX_FRAMES = 20_000;
 
-/**
- * @param {import('./index.js').DialogSetup<'record'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'record'>} */
 export function recordDialog({ app, close, signal }) {
   const review = app.store.get().review;
   const errorText = h('p.field-error.grow', { role: 'alert' });

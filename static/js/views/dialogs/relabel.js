@@ -14,7 +14,7 @@ import { labelSetKey } from '../../editing/label_sets.js';
 import { judge } from '../../operations/verdicts.js';
 import { docOf } from '../../editing/revisions.js';
 import { shownTrack } from '../../review/shown_tracks.js';
-import { editTrack } from '../view_actions.js';
+import { editTrack } from '../edit_track.js';
 import { h, setText } from '../dom.js';
 import { percent } from '../../model/format.js';
 import { recall, remember } from '../../core/preferences.js';
@@ -84,16 +84,11 @@ export function unmatchedTextRow(labels, text) {
   return match.label.hidden ? { text: `'${match.label.name}' is hidden: show it again and use it`, hidden: match.label } : null;
 }
 
-/**
- * @param {import('./index.js').DialogSetup<'relabel'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'relabel'>} */
 export function relabelDialog({ app, data, close, signal }) {
   const { review } = app.store.get();
-  /** @type {import('../../state-types.js').Draft|null} */
-  const draft = data.draft ?? null;
-  /** @type {string|null} */
-  const key = draft ? null : (data.key ?? review?.selected ?? null);
+  /** @type {import('../../state-types.js').Draft|null} */ const draft = data.draft ?? null;
+  /** @type {string|null} */ const key = draft ? null : (data.key ?? review?.selected ?? null);
   const frame = draft?.frame ?? data.frame ?? review?.frame ?? 0;
   const doc = review && key ? docOf(review, key) : null;
   /** @param {number} id */

@@ -5,13 +5,13 @@ import { errorMessage } from '../../api/errors.js';
 import { parseNumber } from '../../model/exchange.js';
 import { REVIEW_CHOICES, describeAge, defaultChoice, isChosen, describeReview } from '../../model/training_sources.js';
 import { openDialog, putModel, setOutputs, setModels } from '../../store/actions/page.js';
-import { fill, h, setText } from '../dom.js';
+import { fill, h, selectInput, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { describeContent } from '../output_text.js';
 import { PART_NAMES } from '../model_version_text.js';
 import { toast } from '../../core/toast.js';
-import { choiceInput, field, group, messageWithField, numberInput } from './fields.js';
+import { choiceInput, field, group, messageWithField, numberInput, textInput } from './fields.js';
 
 const PARTS = /** @type {const} */ ([
   ['detector', PART_NAMES.detector, 'Adds boosted trees to the earlier version.'],
@@ -21,20 +21,13 @@ const PARTS = /** @type {const} */ ([
   ['online', PART_NAMES.online, 'First samples of each class.'],
 ]);
 
-/**
- * @param {import('./index.js').DialogSetup<'retrain'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'retrain'>} */
 export function retrainDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('run'), 'Retrain');
   const reviewList = h('ul.pick-list', { 'aria-label': 'Reviews to learn from' });
-  const choiceSelect = h(
-    'select.select',
-    { id: 'retrain-which', onchange: () => selectReviews() },
-    ...Object.entries(REVIEW_CHOICES).map(([value, text]) => h('option', { value }, text)),
-  );
+  const choiceSelect = selectInput({ id: 'retrain-which', onchange: selectReviews }, Object.entries(REVIEW_CHOICES));
   const noReviewText = h(
     'p.muted',
     'No run has corrections yet. Accept or correct some tracks first, or choose a file or public data below.',
@@ -50,30 +43,14 @@ export function retrainDialog({ app, data, close, signal }) {
     choiceInput('checkbox', { value, checked: true, onchange: check }, h('span.kind-name', label), h('span.muted.small', title)),
   );
   const parentSelect = h('select.select', { id: 'retrain-parent' });
-  const nameInput = h('input.input', { type: 'text', id: 'retrain-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
+  const nameInput = textInput('retrain-name', { maxlength: 120, placeholder: 'optional' });
   const seedInput = numberInput('retrain-seed', '0', check, { inputmode: 'numeric' });
-  const gtsdbInput = h('input.input', {
-    type: 'text',
-    id: 'retrain-gtsdb',
-    autocomplete: 'off',
-    spellcheck: 'false',
-    placeholder: 'optional',
-    oninput: check,
-  });
-  const gtsrbInput = h('input.input', {
-    type: 'text',
-    id: 'retrain-gtsrb',
-    autocomplete: 'off',
-    spellcheck: 'false',
-    placeholder: 'optional',
-    oninput: check,
-  });
-  /** @type {unknown} */
-  let shownOutputs = null;
-  /** @type {import('../../model/training_sources.js').ReviewSource[]} */
-  let sources = [];
-  /** @type {import('../../model/training_sources.js').ExportAge[]} */
-  let exportAges = [];
+  const folderProps = { spellcheck: 'false', placeholder: 'optional', oninput: check };
+  const gtsdbInput = textInput('retrain-gtsdb', folderProps);
+  const gtsrbInput = textInput('retrain-gtsrb', folderProps);
+  /** @type {unknown} */ let shownOutputs = null;
+  /** @type {import('../../model/training_sources.js').ReviewSource[]} */ let sources = [];
+  /** @type {import('../../model/training_sources.js').ExportAge[]} */ let exportAges = [];
 
   /** @param {HTMLElement} list */
   const checkedValues = (list) => [...list.querySelectorAll('input')].filter(({ checked }) => checked).map(({ value }) => value);

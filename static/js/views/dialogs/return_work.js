@@ -5,10 +5,7 @@ import { h } from '../dom.js';
 import { changeAssignment } from '../assignment_strip.js';
 import { field } from './fields.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'return-work'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'return-work'>} */
 export function returnWorkDialog({ app, data, close }) {
   const { assignment } = data;
   const commentInput = h('textarea.textarea', { id: 'return-comment', rows: '4', maxlength: 2000, required: true });

@@ -4,20 +4,18 @@
 import { errorMessage } from '../../api/errors.js';
 import { formatRoute } from '../../model/route.js';
 import { listRuns } from '../../model/run_groups.js';
-import { putRun, setRuns } from '../../store/actions/page.js';
+import { putRun } from '../../store/actions/page.js';
 import { fill, h, reconcile } from '../dom.js';
 import { toast } from '../../core/toast.js';
 import { messageWithField } from './fields.js';
 import { createRunForm } from './run_form.js';
 import { createRunItem, updateRunItem } from './run_item.js';
 import { createLabelSetField } from './video_label_set.js';
+import { loadRuns } from '../load_runs.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
-/**
- * @param {import('./index.js').DialogSetup<'run'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'run'>} */
 export function runDialog(setup) {
   const { app, data, signal, close } = setup;
   const { store, api } = app;
@@ -25,10 +23,8 @@ export function runDialog(setup) {
   const list = h('ul.run-list');
   const emptyText = h('p.muted', 'No run yet. Start the first one: the presets suit most videos.');
   const form = createRunForm(setup, { frames: video?.frames ?? null, several: false, buttonText: 'Start the run', send });
-  /** @type {readonly Run[]|null|undefined} */
-  let shownRuns = null;
-  /** @type {readonly import('../../types.js').ModelVersion[]|null} */
-  let shownVersions = null;
+  /** @type {readonly Run[]|null|undefined} */ let shownRuns = null;
+  /** @type {readonly import('../../types.js').ModelVersion[]|null} */ let shownVersions = null;
 
   /** @param {import('../../api/runs.js').RunRequest} request */
   async function send(request) {
@@ -50,14 +46,9 @@ export function runDialog(setup) {
     }
   }
 
-  app
-    .load(
-      () => api.runs(data.video, { signal }),
-      (state, runs) => setRuns(state, data.video, runs),
-    )
-    .catch((thrown) => {
-      if (!signal.aborted) fill(emptyText, errorMessage(thrown));
-    });
+  loadRuns(app, data.video, { signal }).catch((thrown) => {
+    if (!signal.aborted) fill(emptyText, errorMessage(thrown));
+  });
 
   return {
     title: `Runs of ${video?.name ?? 'this video'}`,

@@ -3,11 +3,12 @@
 
 import { setModels } from '../../store/actions/page.js';
 import { formatRunChoice, parseRunChoice } from '../../model/run_choice.js';
-import { fill, h, setText } from '../dom.js';
+import { fill, h, selectInput, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { createParameterFields, presetValue } from '../parameter_fields.js';
 import { recall, remember } from '../../core/preferences.js';
+import { field, numberInput, textInput } from './fields.js';
 
 /** @typedef {import('../../api/runs.js').RunRequest} RunRequest */
 
@@ -24,31 +25,15 @@ export function createRunForm({ app, signal, close }, { frames, several, buttonT
   const { session, parameters } = app.store.get();
   const presets = session?.presets ?? ['default'];
   const lastChoice = parseRunChoice(recall(STORAGE_KEY), presets, parameters);
-  const presetSelect = h(
-    'select.select',
+  const presetSelect = selectInput(
     { id: 'run-preset', onchange: () => parameterFields.rebase((parameter) => presetValue(parameter, presetSelect.value)) },
-    ...presets.map((name) => h('option', { value: name }, name)),
+    presets.map((name) => [name, name]),
+    lastChoice.preset,
   );
-  presetSelect.value = lastChoice.preset;
-  const nameInput = h('input.input', { type: 'text', id: 'run-name', maxlength: 120, autocomplete: 'off', placeholder: 'optional' });
-  const firstInput = h('input.input', {
-    type: 'text',
-    inputmode: 'numeric',
-    id: 'run-first',
-    value: '0',
-    autocomplete: 'off',
-    'aria-describedby': 'run-range-error',
-    oninput: check,
-  });
-  const lastInput = h('input.input', {
-    type: 'text',
-    inputmode: 'numeric',
-    id: 'run-last',
-    autocomplete: 'off',
-    placeholder: frames === null ? 'end' : String(frames - 1),
-    'aria-describedby': 'run-range-error',
-    oninput: check,
-  });
+  const nameInput = textInput('run-name', { maxlength: 120, placeholder: 'optional' });
+  const rangeProps = { inputmode: 'numeric', 'aria-describedby': 'run-range-error' };
+  const firstInput = numberInput('run-first', '0', check, rangeProps);
+  const lastInput = numberInput('run-last', '', check, { ...rangeProps, placeholder: frames === null ? 'end' : String(frames - 1) });
   const rangeError = h('span.field-error', { id: 'run-range-error', role: 'alert' });
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const startButton = h('button.btn.btn-primary', { type: 'submit' }, icon('run'), buttonText);
@@ -128,14 +113,8 @@ export function createRunForm({ app, signal, close }, { frames, several, buttonT
     'div.stack',
     h(
       'div.run-fields',
-      h('div.field', h('label.field-label', { for: 'run-preset' }, 'Preset'), presetSelect),
-      ...(several
-        ? []
-        : [
-            h('div.field', h('label.field-label', { for: 'run-name' }, 'Name'), nameInput),
-            h('div.field', h('label.field-label', { for: 'run-first' }, 'First frame'), firstInput),
-            h('div.field', h('label.field-label', { for: 'run-last' }, 'Last frame'), lastInput),
-          ]),
+      field('Preset', presetSelect),
+      ...(several ? [] : [field('Name', nameInput), field('First frame', firstInput), field('Last frame', lastInput)]),
     ),
     rangeError,
     models,

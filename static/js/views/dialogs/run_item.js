@@ -5,7 +5,7 @@ import { formatRoute } from '../../model/route.js';
 import { isResumable, runShare } from '../../model/run_progress.js';
 import { dropRun, openDialog } from '../../store/actions/page.js';
 import { changeRun } from '../change_run.js';
-import { h, setText } from '../dom.js';
+import { h, setAttribute, setText } from '../dom.js';
 import { moment, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { describeRunModels } from '../model_version_text.js';
@@ -17,11 +17,10 @@ import { toast } from '../../core/toast.js';
 /** @typedef {import('../../types.js').Run} Run */
 /** @typedef {ReturnType<typeof import('../../model/run_groups.js').listRuns>[number]} Listed */
 
-/**
- * @param {import('./index.js').DialogSetup} setup
- * @param {Run} run
- */
+/** @param {import('./index.js').DialogSetup} setup @param {Run} run */
 export function createRunItem({ app, close, signal }, run) {
+  /** The run with its present name. */
+  const currentRun = () => app.store.get().runs[run.video_id]?.find(({ id }) => id === run.id) ?? run;
   return h(
     'li.run-item',
     h(
@@ -56,38 +55,32 @@ export function createRunItem({ app, close, signal }, run) {
           title: 'Carry the corrections of this run over to the open run',
           onclick: () => {
             const to = app.store.get().review?.run;
-            if (to) app.store.dispatch(openDialog, { kind: 'adopted', data: { from: run, to } });
+            if (to) app.store.dispatch(openDialog, { kind: 'adopted', data: { from: currentRun(), to } });
           },
         },
         'Carry corrections over',
       ),
       h('span.grow'),
-      h('button.btn.btn-small.btn-quiet.run-whatifs', { onclick: () => confirmRemovalOfWhatIfs(app, run) }),
+      h('button.btn.btn-small.btn-quiet.run-whatifs', { onclick: () => confirmRemovalOfWhatIfs(app, currentRun()) }),
+      h('button.btn.btn-small.btn-quiet.run-rename', { title: 'Rename this run', onclick: beginRename }, 'Rename'),
       h(
-        'button.btn.btn-small.btn-quiet.run-rename',
-        { 'aria-label': `Rename ${runName(run)}`, title: 'Rename this run', onclick: (/** @type {Event} */ event) => beginRename(event) },
-        'Rename',
-      ),
-      h(
-        'button.btn.btn-small.btn-quiet.btn-icon',
-        { 'aria-label': `Remove ${runName(run)}`, title: 'Remove this run …', onclick: () => confirmRemoval(app, run) },
-        icon('trash'),
+        'button.btn.btn-small.btn-quiet.btn-icon.run-remove',
+        { title: 'Remove this run …', onclick: () => confirmRemoval(app, currentRun()) },
+        icon('delete'),
       ),
     ),
   );
 }
 
-/**
- * @param {import('./index.js').DialogSetup} setup
- * @param {HTMLElement} item
- * @param {Listed} listed
- */
+/** @param {import('./index.js').DialogSetup} setup @param {HTMLElement} item @param {Listed} listed */
 export function updateRunItem({ app }, item, { run, isWhatIf: under, whatifs }) {
   /** @param {string} name */
   const find = (name) => /** @type {HTMLElement} */ (item.querySelector(`.run-${name}`));
   const isActive = run.state === 'queued' || run.state === 'running';
   item.classList.toggle('run-under', under);
   setText(find('name'), run.name || runKind(run));
+  for (const [name, text] of Object.entries({ rename: 'Rename', remove: 'Remove', 'new-name': 'New name of' }))
+    setAttribute(find(name), 'aria-label', `${text} ${runName(run)}`);
   setText(find('badge'), runState(run));
   find('badge').className = `badge run-badge ${runTone(run)}`;
   const range = run.first > 0 || run.stop !== null ? `frames ${run.first} to ${run.stop === null ? 'the end' : run.stop - 1}` : '';
@@ -120,13 +113,7 @@ export function updateRunItem({ app }, item, { run, isWhatIf: under, whatifs }) 
  * @param {Run} run
  */
 function renameField(app, signal, run) {
-  const input = h('input.input.run-new-name.grow', {
-    type: 'text',
-    maxlength: 120,
-    autocomplete: 'off',
-    hidden: true,
-    'aria-label': `New name of ${runName(run)}`,
-  });
+  const input = h('input.input.run-new-name.grow', { type: 'text', maxlength: 120, autocomplete: 'off', hidden: true });
   const hideField = () => {
     if (input.hidden) return;
     input.hidden = true;
@@ -158,10 +145,7 @@ function beginRename(event) {
   input.select();
 }
 
-/**
- * @param {App} app
- * @param {Run} run
- */
+/** @param {App} app @param {Run} run */
 function confirmRemoval(app, run) {
   app.store.dispatch(openDialog, {
     kind: 'confirm',
@@ -180,10 +164,7 @@ function confirmRemoval(app, run) {
   });
 }
 
-/**
- * @param {App} app
- * @param {Run} run
- */
+/** @param {App} app @param {Run} run */
 function confirmRemovalOfWhatIfs(app, run) {
   app.store.dispatch(openDialog, {
     kind: 'confirm',

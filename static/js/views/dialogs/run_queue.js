@@ -17,10 +17,7 @@ import { toastErrors } from '../toast_errors.js';
 /** Interval of reloads while the queue changes, ms. */
 const RELOAD_DELAY_MS = 1000;
 
-/**
- * @param {import('./index.js').DialogSetup<'run-queue'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'run-queue'>} */
 export function runQueueDialog({ app, close, signal }) {
   const list = h('ol.line', { 'aria-label': 'Runs in queue order' });
   const statusText = h('p.muted.small', { role: 'status' });
@@ -29,16 +26,11 @@ export function runQueueDialog({ app, close, signal }) {
     { hidden: true },
     emptyState({ icon: 'run', title: 'No run waits', text: 'Started runs are listed here until a worker has finished them.' }),
   );
-  /** @type {Run[]} */
-  let runs = [];
-  /** @type {string|null} */
-  let draggedId = null;
-  /** @type {readonly import('../../types.js').Video[]|null|undefined} */
-  let videos;
-  /** @type {Record<string, Run[]>|undefined} */
-  let knownRuns;
-  /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let reloadTimer;
+  /** @type {Run[]} */ let runs = [];
+  /** @type {string|null} */ let draggedId = null;
+  /** @type {readonly import('../../types.js').Video[]|null|undefined} */ let videos;
+  /** @type {Record<string, Run[]>|undefined} */ let knownRuns;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */ let reloadTimer;
   let latestRequest = 0;
   signal.addEventListener('abort', () => clearTimeout(reloadTimer));
 

@@ -9,14 +9,10 @@ import { count, plural } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
 import { createRunForm } from './run_form.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'run-several'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'run-several'>} */
 export function runSeveralDialog(setup) {
   const { app, data, signal, close } = setup;
-  /** @type {readonly import('../../types.js').Video[]} */
-  const videos = data.videos;
+  /** @type {readonly import('../../types.js').Video[]} */ const videos = data.videos;
   const progress = h('p.muted', { role: 'status' });
 
   /** @param {import('../../api/runs.js').RunRequest} request */

@@ -10,10 +10,7 @@ import { modelVersionSuffix } from '../model_version_text.js';
 import { runTitle } from '../../model/describe_run.js';
 import { choiceInput, group } from './fields.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'second'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'second'>} */
 export function secondRunDialog({ app, close }) {
   const { store } = app;
   const { review, runs, models } = store.get();

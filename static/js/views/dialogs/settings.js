@@ -2,33 +2,27 @@
 /** Preferences of this browser: the author's name of edits, and the theme. */
 
 import { setTheme } from '../../store/actions/page.js';
-import { h } from '../dom.js';
+import { h, selectInput } from '../dom.js';
 import { forget, recall, remember } from '../../core/preferences.js';
 import { toast } from '../../core/toast.js';
-import { field } from './fields.js';
+import { field, textInput } from './fields.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'settings'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+const THEMES = /** @type {const} */ ([
+  ['auto', 'same as the system'],
+  ['light', 'light'],
+  ['dark', 'dark'],
+]);
+
+/** @type {import('./index.js').CreateDialog<'settings'>} */
 export function settingsDialog({ app, close }) {
   const { session, theme: currentTheme } = app.store.get();
-  const authorInput = h('input.input', {
-    type: 'text',
-    id: 'settings-author',
+  const authorInput = textInput('settings-author', {
     maxlength: 80,
     autocomplete: 'name',
     value: recall('author') ?? '',
     placeholder: session?.author ?? '',
   });
-  const themeSelect = h(
-    'select.select',
-    { id: 'settings-theme' },
-    h('option', { value: 'auto' }, 'same as the system'),
-    h('option', { value: 'light' }, 'light'),
-    h('option', { value: 'dark' }, 'dark'),
-  );
-  themeSelect.value = currentTheme;
+  const themeSelect = selectInput({ id: 'settings-theme' }, THEMES, currentTheme);
 
   function submit() {
     app.store.dispatch(setTheme, /** @type {'auto'|'light'|'dark'} */ (themeSelect.value));

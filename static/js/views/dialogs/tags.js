@@ -5,23 +5,13 @@ import { errorMessage } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { toast } from '../../core/toast.js';
-import { choiceInput, field, group } from './fields.js';
+import { choiceInput, field, group, textInput } from './fields.js';
 
-/**
- * @param {import('./index.js').DialogSetup<'tags'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'tags'>} */
 export function tagsDialog({ app, data, close, signal }) {
   const usedTags = [...new Set((app.store.get().videos ?? []).flatMap(({ tags }) => tags ?? []))].sort();
-  const addInput = h('input.input', {
-    type: 'text',
-    id: 'tags-add',
-    maxlength: 400,
-    autocomplete: 'off',
-    placeholder: 'night, rain',
-    list: 'tags-used',
-  });
-  const removeInputs = data.known.map((/** @type {string} */ tag) => choiceInput('checkbox', { value: tag }, tag));
+  const addInput = textInput('tags-add', { maxlength: 400, placeholder: 'night, rain', list: 'tags-used' });
+  const removeInputs = data.known.map((tag) => choiceInput('checkbox', { value: tag }, tag));
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const submitButton = h('button.btn.btn-primary', { type: 'submit' }, 'Save');
 
@@ -30,7 +20,7 @@ export function tagsDialog({ app, data, close, signal }) {
       .split(',')
       .map((tag) => tag.trim())
       .filter(Boolean);
-    const removed = removeInputs.filter((/** @type {any} */ one) => one.input.checked).map((/** @type {any} */ one) => one.input.value);
+    const removed = removeInputs.filter(({ input }) => input.checked).map(({ input }) => input.value);
     if (added.length + removed.length === 0) {
       setText(errorText, 'Write a tag, or select one to remove.');
       return;
@@ -61,7 +51,7 @@ export function tagsDialog({ app, data, close, signal }) {
         { id: 'tags-used' },
         usedTags.map((tag) => h('option', { value: tag })),
       ),
-      removeInputs.length > 0 && group('Remove', h('div.ticks', ...removeInputs.map((/** @type {any} */ one) => one.element))),
+      removeInputs.length > 0 && group('Remove', h('div.ticks', ...removeInputs.map(({ element }) => element))),
     ),
     footer: [errorText, h('button.btn', { onclick: close }, 'Cancel'), submitButton],
   };

@@ -3,27 +3,21 @@
 
 import { errorMessage } from '../../api/errors.js';
 import { putVideo } from '../../store/actions/page.js';
-import { h, setText } from '../dom.js';
+import { h, selectInput, setText } from '../dom.js';
 import { field } from './fields.js';
 
-/**
- * @param {import('../../page-types.js').App} app
- * @param {import('../../types.js').Video} video
- * @param {AbortSignal} signal
- */
+/** @param {import('../../page-types.js').App} app @param {import('../../types.js').Video} video @param {AbortSignal} signal */
 export function createLabelSetField(app, video, signal) {
   const { store, api } = app;
   const sets = store.get().labelSets ?? [];
   const defaultSet = sets.find((set) => set.default);
   const errorText = h('p.field-error', { role: 'alert' });
-  const select = h(
-    'select.select',
-    { id: 'video-labels', onchange: () => void applySet() },
-    h('option', { value: '' }, `the library’s: ${defaultSet?.name ?? '…'}`),
-    ...sets.map(({ key, name }) => h('option', { value: key }, name)),
-  );
   let currentKey = video.label_set ?? '';
-  select.value = currentKey;
+  const select = selectInput(
+    { id: 'video-labels', onchange: () => void applySet() },
+    [['', `the library’s: ${defaultSet?.name ?? '…'}`], ...sets.map(({ key, name }) => /** @type {const} */ ([key, name]))],
+    currentKey,
+  );
 
   async function applySet() {
     select.disabled = true;

@@ -14,10 +14,7 @@ import { createChangeList } from '../whatif_changes.js';
 
 /** @typedef {import('../../types.js').Run} Run */
 
-/**
- * @param {import('./index.js').DialogSetup<'whatif'>} setup
- * @returns {import('./index.js').DialogContent}
- */
+/** @type {import('./index.js').CreateDialog<'whatif'>} */
 export function whatIfDialog({ app, data, close, signal }) {
   const { store, api } = app;
   const state = store.get();
@@ -39,10 +36,8 @@ export function whatIfDialog({ app, data, close, signal }) {
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const replayButton = h('button.btn.btn-primary', { type: 'submit' }, icon('whatif'), 'Replay');
   const resultElement = h('div.whatif-result', { role: 'status' });
-  /** @type {string|null} */
-  let startedId = null;
-  /** @type {Run|null} */
-  let shownRun = null;
+  /** @type {string|null} */ let startedId = null;
+  /** @type {Run|null} */ let shownRun = null;
 
   function check() {
     replayButton.disabled = !parent || parameterFields.invalid() > 0 || Object.keys(parameterFields.changes()).length === 0;

@@ -4,24 +4,20 @@
 import { attributeProblem, valueOfText } from '../../model/attributes.js';
 import { setAttribute, selectedAttributes } from '../../operations/attributes.js';
 import { fill, h } from '../dom.js';
-import { icon } from '../icons.js';
+import { iconButton } from '../icons.js';
 
 /** @typedef {import('../../model/attributes.js').AttributeRow} AttributeRow */
 /** @typedef {import('../../types.js').Attribute} Attribute */
 
-/** @param {import('../../page-types.js').App} app @param {AbortSignal} signal */
-export function createAttributes(app, signal) {
+/** @param {import('../../page-types.js').App} app */
+export function createAttributes(app) {
   const list = h('div.attributes');
   const element = h('section.inspector-section', { 'aria-label': 'Attributes' }, h('h3', 'Attributes'), list);
   // letters are commands of the review screen, but text in a field
-  list.addEventListener(
-    'keydown',
-    (event) => {
-      if (event.target instanceof HTMLInputElement && event.target.type !== 'checkbox') event.stopPropagation();
-      if (event.key === 'Enter' && event.target instanceof HTMLInputElement) event.target.blur();
-    },
-    { signal },
-  );
+  list.addEventListener('keydown', (event) => {
+    if (event.target instanceof HTMLInputElement && event.target.type !== 'checkbox') event.stopPropagation();
+    if (event.key === 'Enter' && event.target instanceof HTMLInputElement) event.target.blur();
+  });
   let shownKey = '';
 
   /** @param {AttributeRow} row @param {Attribute} attribute */
@@ -88,12 +84,7 @@ export function createAttributes(app, signal) {
         'Whole track',
       );
     const removeButton =
-      row.given &&
-      h(
-        'button.btn.btn-quiet.btn-small.btn-icon',
-        { title: 'Remove the value', 'aria-label': `Remove ${name}`, onclick: () => setAttribute(app, name, null, false) },
-        icon('trash'),
-      );
+      row.given && iconButton('delete', `Remove ${name}`, () => setAttribute(app, name, null, false), 'Remove the value');
     return h(
       'div.attribute',
       h(

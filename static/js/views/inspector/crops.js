@@ -5,12 +5,12 @@ import { lastIndexAt } from '../../model/detail_columns.js';
 import { engineName, labelFor } from '../../model/labels.js';
 import { shortNumber } from '../../model/describe_events.js';
 import { isLoaded } from '../../model/track_lane.js';
-import { seek } from '../view_actions.js';
+import { seek } from '../../store/actions/review.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { figure, percent, plural } from '../../model/format.js';
 import { imageWithPlaceholder } from '../images.js';
 
-/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../../page-types.js').ViewApp} app @param {AbortSignal} signal */
 export function createCrops(app, signal) {
   const cells = h('div.crops-cells');
   const scroller = h('div.crops-scroll', { tabindex: '0', role: 'group', 'aria-label': 'Crops by frame' }, cells);
@@ -60,7 +60,7 @@ export function createCrops(app, signal) {
       if (!cell) {
         cell = createCell(lane.lane, i, labels, app.api.cropUrl(run.id, lane.track[i], frames[i], 96));
         cell.style.setProperty('transform', `translateX(${i * step}px)`);
-        cell.addEventListener('click', () => seek(app, frames[i]));
+        cell.addEventListener('click', () => app.store.dispatch(seek, frames[i]));
         markHidden(cell, frames[i]);
         cellsByIndex.set(i, cell);
         cells.append(cell);

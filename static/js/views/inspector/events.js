@@ -2,68 +2,45 @@
 /** One sentence per event of the track, linked to its frame. Repeated events are folded into one line. */
 
 import { groupEvents } from '../../model/event_groups.js';
-import { seek } from '../view_actions.js';
+import { seek } from '../../store/actions/review.js';
 import { h, reconcile, setAttribute, setText } from '../dom.js';
 import { count } from '../../model/format.js';
 
 /** Number of sentences shown before "Show all". */
 const MAX_SHOWN = 60;
 
-/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
-export function createEvents(app, signal) {
+/** @param {import('../../page-types.js').ViewApp} app */
+export function createEvents(app) {
   const list = h('ol.events');
   const total = h('span.small.muted');
-  const more = h('button.btn-link.small', 'Show all');
+  const more = h('button.btn-link.small', { onclick: showAll }, 'Show all');
   /** @type {import('../../types.js').TrackLane|null} */ let lane = null;
   /** @type {import('../../model/event_groups.js').EventGroup[]} */ let stretches = [];
   /** @type {Set<string>} */ let unfolded = new Set();
   let showsAll = false;
   let frame = 0;
-  more.addEventListener(
-    'click',
-    () => {
-      showsAll = true;
+  list.addEventListener('click', (event) => {
+    const button = /** @type {HTMLElement} */ (event.target).closest('button');
+    if (button?.dataset.frame) app.store.dispatch(seek, Number(button.dataset.frame));
+    if (button?.dataset.fold) {
+      if (!unfolded.delete(button.dataset.fold)) unfolded.add(button.dataset.fold);
       draw();
-    },
-    { signal },
-  );
-  list.addEventListener(
-    'click',
-    (event) => {
-      const button = /** @type {HTMLElement} */ (event.target).closest('button');
-      if (button?.dataset.frame) seek(app, Number(button.dataset.frame));
-      if (button?.dataset.fold) {
-        if (!unfolded.delete(button.dataset.fold)) unfolded.add(button.dataset.fold);
-        draw();
-      }
-    },
-    { signal },
-  );
+    }
+  });
+
+  function showAll() {
+    showsAll = true;
+    draw();
+  }
 
   function draw() {
     const lines = (showsAll ? stretches : stretches.slice(0, MAX_SHOWN)).flatMap((stretch, i) => {
       const key = `${lane?.id}-${i}-${stretch.kind}-${stretch.frame}`;
-      const inner = unfolded.has(key)
-        ? stretch.sentences.map((sentence) => ({
-            key: `${key}-${sentence.frame}`,
-            first: sentence.frame,
-            last: sentence.frame,
-            kind: stretch.kind,
-            text: sentence.text,
-            count: 0,
-          }))
-        : [];
-      return [
-        {
-          key,
-          first: stretch.frame,
-          last: stretch.last,
-          kind: stretch.kind,
-          text: stretch.sentences[0].text,
-          count: stretch.sentences.length,
-        },
-        ...inner,
-      ];
+      const { kind, frame: first, last, sentences } = stretch;
+      const inner = (unfolded.has(key) ? sentences : []).map(({ frame: at, text }) => {
+        return { key: `${key}-${at}`, first: at, last: at, kind, text, count: 0 };
+      });
+      return [{ key, first, last, kind, text: sentences[0].text, count: sentences.length }, ...inner];
     });
     reconcile(
       list,

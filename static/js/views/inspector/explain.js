@@ -14,7 +14,7 @@ import { percent } from '../../model/format.js';
 
 /** @typedef {{axis: [number, number, number, number]|null, matches: [number, number, number, number, number][], magnitude: number, size: [number, number]}} SymmetryView */
 
-/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../../page-types.js').ViewApp} app @param {AbortSignal} signal */
 export function createExplain(app, signal) {
   const button = h('button.btn.btn-small', 'Explain this crop');
   const title = h('h3.grow');
@@ -24,31 +24,27 @@ export function createExplain(app, signal) {
   let requestedKey = '';
   let frames = new Int32Array(0);
   let shownText = '';
-  button.addEventListener(
-    'click',
-    async () => {
-      const run = current?.review.run;
-      if (!current?.laneData || !run) return;
-      const frame = current.review.frame;
-      const track = current.laneData.track[lastIndexAt(frames, frame)];
-      const floor = current.laneData.lane.symmetry_floor;
-      const key = `${run.id} ${current.entry.key} ${frame}`;
-      requestedKey = key;
-      fill(result, h('p.small.muted', 'Analysing the crop…'));
-      try {
-        const found = await app.api.explain(run.id, track, frame, { signal });
-        if (requestedKey !== key) return;
-        const url = app.api.cropUrl(run.id, track, frame, 256);
-        const prediction = `${url}${url.includes('?') ? '&' : '?'}of=prediction`;
-        const symmetry = /** @type {SymmetryView|null} */ (/** @type {unknown} */ (found.symmetry));
-        fill(result, symmetry ? symmetryFigure(symmetry, prediction, floor) : null, found.hash ? hashFigure(found.hash) : null);
-      } catch (error) {
-        if (requestedKey === key && !signal.aborted)
-          fill(result, h('p.small.field-error', error instanceof Error ? error.message : 'The crop could not be explained.'));
-      }
-    },
-    { signal },
-  );
+  button.addEventListener('click', async () => {
+    const run = current?.review.run;
+    if (!current?.laneData || !run) return;
+    const frame = current.review.frame;
+    const track = current.laneData.track[lastIndexAt(frames, frame)];
+    const floor = current.laneData.lane.symmetry_floor;
+    const key = `${run.id} ${current.entry.key} ${frame}`;
+    requestedKey = key;
+    fill(result, h('p.small.muted', 'Analysing the crop…'));
+    try {
+      const found = await app.api.explain(run.id, track, frame, { signal });
+      if (requestedKey !== key) return;
+      const url = app.api.cropUrl(run.id, track, frame, 256);
+      const prediction = `${url}${url.includes('?') ? '&' : '?'}of=prediction`;
+      const symmetry = /** @type {SymmetryView|null} */ (/** @type {unknown} */ (found.symmetry));
+      fill(result, symmetry ? symmetryFigure(symmetry, prediction, floor) : null, found.hash ? hashFigure(found.hash) : null);
+    } catch (error) {
+      if (requestedKey === key && !signal.aborted)
+        fill(result, h('p.small.field-error', error instanceof Error ? error.message : 'The crop could not be explained.'));
+    }
+  });
   return {
     element: h('div.inspector-section', h('div.row', title, button), infoElement, result),
     /** @param {import('./index.js').Inspected} inspected */
@@ -106,7 +102,6 @@ function symmetryFigure(symmetry, url, floor) {
     'svg.explain-matches',
     {
       viewBox: `0 0 ${width} ${height}`,
-
       role: 'img',
       'aria-label': `${symmetry.matches.length} mirrored pairs of features`,
     },

@@ -18,8 +18,8 @@ const CHOICES = [
   { review: 'needs_work', label: 'Needs work', icon: 'needs_work', key: 'W' },
 ];
 
-/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
-export function createHead(app, signal) {
+/** @param {import('../../page-types.js').ViewApp} app */
+export function createHead(app) {
   const picture = imageWithPlaceholder({ class: 'inspector-picture' });
   const name = h('h2.inspector-name', { dir: 'auto' });
   const sub = h('p.small.muted');
@@ -30,18 +30,14 @@ export function createHead(app, signal) {
   const votes = h('p.small.inspector-votes');
   /** @type {Review} */ let currentReview = 'open';
   let key = '';
-  const buttons = CHOICES.map((choice) => {
-    const button = h('button.btn.btn-small', icon(choice.icon), choice.label);
-    button.addEventListener(
-      'click',
-      () => {
-        const { review } = app.store.get();
-        if (review) setVerdict(app, review, key, currentReview === choice.review ? 'open' : choice.review);
-      },
-      { signal },
-    );
-    return button;
-  });
+  /** @param {Review} choice */
+  const judge = (choice) => {
+    const { review } = app.store.get();
+    if (review) setVerdict(app, review, key, currentReview === choice ? 'open' : choice);
+  };
+  const buttons = CHOICES.map(({ review, label, icon: name }) =>
+    h('button.btn.btn-small', { onclick: () => judge(review) }, icon(name), label),
+  );
   return {
     element: h(
       'div.inspector-head',

@@ -4,13 +4,13 @@
 import { errorMessage } from '../../api/errors.js';
 import { commandName } from '../../editing/command_names.js';
 import { describeDifference } from '../../model/team.js';
-import { seek } from '../view_actions.js';
+import { seek } from '../../store/actions/review.js';
 import { fill, h } from '../dom.js';
 import { moment } from '../../model/format.js';
 
 /** @typedef {import('../../types.js').Happened} Happened */
 
-/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../../page-types.js').ViewApp} app @param {AbortSignal} signal */
 export function createHistory(app, signal) {
   const list = h('ol.history', { 'aria-label': 'Changes of this track, newest first' });
   const more = h('button.btn.btn-small', { hidden: true, onclick: () => void load(false) }, 'Show earlier changes');
@@ -38,7 +38,11 @@ export function createHistory(app, signal) {
         h('strong.truncate', { dir: 'auto' }, change.author),
         h('span.muted.grow', moment(change.time)),
         change.frame !== null &&
-          h('button.btn-link.small', { onclick: () => seek(app, /** @type {number} */ (change.frame)) }, `frame ${change.frame}`),
+          h(
+            'button.btn-link.small',
+            { onclick: () => app.store.dispatch(seek, /** @type {number} */ (change.frame)) },
+            `frame ${change.frame}`,
+          ),
       ),
       h('div', commandName(change.name)),
       ...change.differences.map((each) => h('div.small.muted.history-difference', { dir: 'auto' }, describeDifference(each, labels))),
@@ -50,8 +54,16 @@ export function createHistory(app, signal) {
     if (!section.open || shownKey === '' || (reload && loadedKey === shownKey)) return;
     const requestedKey = shownKey;
     const [run, key] = requestedKey.split(' ');
+    if (reload) {
+      cursor = null;
+      // the rows of another track must not stay if this request fails
+      if (!loadedKey.startsWith(`${run} ${key} `)) {
+        fill(list);
+        more.hidden = true;
+      }
+    }
     loadedKey = requestedKey;
-    if (reload) cursor = null;
+    more.disabled = true; // a second click would append the same rows again
     try {
       const found = await app.api.trackHistory(run, key, cursor, { signal });
       if (shownKey !== requestedKey) return;
@@ -64,6 +76,8 @@ export function createHistory(app, signal) {
       if (signal.aborted || shownKey !== requestedKey) return;
       loadedKey = '';
       notice.textContent = errorMessage(thrown);
+    } finally {
+      if (shownKey === requestedKey) more.disabled = false;
     }
   }
 

@@ -21,12 +21,12 @@ export function createInspector(app) {
   const lifetime = new AbortController();
   const explain = createExplain(app, lifetime.signal);
   const sections = [
-    createHead(app, lifetime.signal),
+    createHead(app),
     createPinned(app, lifetime.signal),
-    createAttributes(app, lifetime.signal),
+    createAttributes(app),
     explain,
     createCrops(app, lifetime.signal),
-    createEvents(app, lifetime.signal),
+    createEvents(app),
     createNotes(app, lifetime.signal),
     createHistory(app, lifetime.signal),
   ];
@@ -81,10 +81,7 @@ export function createInspector(app) {
           doc: review.docs[entry.key] ?? null,
         });
     },
-    destroy() {
-      lifetime.abort();
-      element.remove();
-    },
+    destroy: () => lifetime.abort(),
   };
 }
 

@@ -2,13 +2,14 @@
 /** Notes pinned to frames of the track. */
 
 import { trackName } from '../../model/track_name.js';
-import { editTrack, seek } from '../view_actions.js';
+import { seek } from '../../store/actions/review.js';
+import { editTrack } from '../edit_track.js';
 import { fill, h, reconcile, setText } from '../dom.js';
 import { moment } from '../../model/format.js';
-import { icon } from '../icons.js';
+import { icon, iconButton } from '../icons.js';
 import { randomId } from '../../core/random_id.js';
 
-/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../../page-types.js').ViewApp} app @param {AbortSignal} signal */
 export function createNotes(app, signal) {
   const list = h('ul.notes');
   const text = h('textarea.textarea', { rows: '2', maxlength: '2000', 'aria-label': 'Note on the current frame' });
@@ -19,18 +20,14 @@ export function createNotes(app, signal) {
   let key = '';
   /** Ends the current edit of a note. */
   let finishEdit = () => {};
-  form.addEventListener(
-    'submit',
-    (event) => {
-      event.preventDefault();
-      const content = text.value.trim();
-      if (content === '' || !editTrack(app, key, { name: 'add_note', note_id: randomId(), text: content }, run)) return;
-      text.value = '';
-      app.notes.set(run, key, '');
-    },
-    { signal },
-  );
-  text.addEventListener('input', () => app.notes.set(run, key, text.value), { signal });
+  form.addEventListener('submit', (event) => {
+    event.preventDefault();
+    const content = text.value.trim();
+    if (content === '' || !editTrack(app, key, { name: 'add_note', note_id: randomId(), text: content }, run)) return;
+    text.value = '';
+    app.notes.set(run, key, '');
+  });
+  text.addEventListener('input', () => app.notes.set(run, key, text.value));
   // the dialog for notes (P) edits the same draft
   app.notes.onChange(() => document.activeElement === text || showDraft(), signal);
 
@@ -39,14 +36,10 @@ export function createNotes(app, signal) {
     if (text.value !== draft) text.value = draft;
   }
   // Letters are commands of the review screen, but text here.
-  form.addEventListener(
-    'keydown',
-    (event) => {
-      event.stopPropagation();
-      if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) form.requestSubmit();
-    },
-    { signal },
-  );
+  form.addEventListener('keydown', (event) => {
+    event.stopPropagation();
+    if (event.key === 'Enter' && (event.ctrlKey || event.metaKey)) form.requestSubmit();
+  });
 
   /** @param {HTMLElement} item @param {import('../../types.js').Note} note */
   function show(item, note) {
@@ -56,22 +49,10 @@ export function createNotes(app, signal) {
       item,
       h(
         'div.row',
-        h('button.btn-link.small', { onclick: () => seek(app, note.frame) }, `frame ${note.frame}`),
+        h('button.btn-link.small', { onclick: () => app.store.dispatch(seek, note.frame) }, `frame ${note.frame}`),
         h('span.small.muted.truncate.grow', `${note.author}, ${moment(note.time)}`),
-        h(
-          'button.btn.btn-quiet.btn-small.btn-icon',
-          { title: 'Edit the note', 'aria-label': 'Edit the note', onclick: () => editNote(item, note) },
-          icon('label'),
-        ),
-        h(
-          'button.btn.btn-quiet.btn-small.btn-icon',
-          {
-            title: 'Remove the note',
-            'aria-label': 'Remove the note',
-            onclick: () => editTrack(app, key, { name: 'remove_note', note_id: note.id }),
-          },
-          icon('trash'),
-        ),
+        iconButton('label', 'Edit the note', () => editNote(item, note)),
+        iconButton('delete', 'Remove the note', () => editTrack(app, key, { name: 'remove_note', note_id: note.id })),
       ),
       h('p.note-text', note.text),
     );

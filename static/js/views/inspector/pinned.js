@@ -30,7 +30,7 @@ export function createPinned(app, signal) {
   /** @type {Label|null} */ let label = null;
   /** @type {readonly Label[]|null} */ let shownLabels = null;
 
-  pictureButton.addEventListener('click', () => void usePicture(), { signal });
+  pictureButton.addEventListener('click', () => void usePicture());
 
   async function usePicture() {
     const { review } = app.store.get();

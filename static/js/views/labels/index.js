@@ -14,10 +14,7 @@ import { createLabelTable } from './table.js';
 
 /** @typedef {import('../../types.js').Label} Label */
 
-/**
- * @param {import('../../page-types.js').App} app
- * @returns {import('../../page-types.js').View}
- */
+/** @type {import('../../page-types.js').CreateView} */
 export function createLabels(app) {
   const { store, api } = app;
   const lifetime = new AbortController();
@@ -28,8 +25,7 @@ export function createLabels(app) {
   let requestedSet = '';
   /** @type {number|null} */ let selected = null;
   let latestRequest = 0;
-  /** @type {readonly import('../../types.js').LabelSetSummary[]|null} */
-  let heads = null;
+  /** @type {readonly import('../../types.js').LabelSetSummary[]|null} */ let heads = null;
 
   const setSelect = h('select.select', { 'aria-label': 'Label set', onchange: () => void load(setSelect.value) });
   const useButton = h(
@@ -65,7 +61,6 @@ export function createLabels(app) {
   );
   const hideButton = h('button.btn', { onclick: () => void toggleHidden() });
   const table = createLabelTable({
-    signal,
     onChoose: (label) => {
       selected = label.id;
       showActions();
@@ -234,7 +229,6 @@ export function createLabels(app) {
     destroy() {
       lifetime.abort();
       table.destroy();
-      element.remove();
     },
   };
 }

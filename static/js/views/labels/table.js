@@ -20,10 +20,8 @@ const ROW_HEIGHT_UNITS = 11;
 const unavailableReason = (label, labels) =>
   label.merged_into !== null ? `merged into ${labelsById(labels).get(label.id)?.name}` : label.hidden ? 'hidden' : '';
 
-/**
- * @param {{onChoose: (label: Label) => void, onOpen: (label: Label) => void, signal: AbortSignal}} setup   onChoose: select a label; onOpen: open its form
- */
-export function createLabelTable({ onChoose: onChoose, onOpen: onOpen, signal }) {
+/** @param {{onChoose: (label: Label) => void, onOpen: (label: Label) => void}} setup   onChoose: select a label; onOpen: open its form */
+export function createLabelTable({ onChoose, onOpen }) {
   const body = h('div.label-rows', { role: 'rowgroup' });
   const scroller = h(
     'div.label-scroller',
@@ -95,36 +93,24 @@ export function createLabelTable({ onChoose: onChoose, onOpen: onOpen, signal })
     const row = /** @type {HTMLElement} */ (event.target).closest('[data-id]');
     return row instanceof HTMLElement ? shown.find(({ id }) => String(id) === row.dataset.id) : undefined;
   };
-  body.addEventListener(
-    'click',
-    (event) => {
-      const label = labelAt(event);
-      if (label) selectLabel(label);
-    },
-    { signal },
-  );
-  body.addEventListener(
-    'dblclick',
-    (event) => {
-      const label = labelAt(event);
-      if (label) onOpen(label);
-    },
-    { signal },
-  );
-  scroller.addEventListener(
-    'keydown',
-    (event) => {
-      const at = shown.findIndex(({ id }) => id === selected);
-      const next = nextIndex(event.key, at, shown.length, { page: Math.max(1, Math.floor(scroller.clientHeight / height) - 2) });
-      if (event.key === 'Enter' && at >= 0) onOpen(shown[at]);
-      else if (next !== null) selectLabel(shown[next]);
-      else return;
-      event.preventDefault();
-      event.stopPropagation();
-    },
-    { signal },
-  );
-  scroller.addEventListener('scroll', scheduleDraw, { signal, passive: true });
+  body.addEventListener('click', (event) => {
+    const label = labelAt(event);
+    if (label) selectLabel(label);
+  });
+  body.addEventListener('dblclick', (event) => {
+    const label = labelAt(event);
+    if (label) onOpen(label);
+  });
+  scroller.addEventListener('keydown', (event) => {
+    const at = shown.findIndex(({ id }) => id === selected);
+    const next = nextIndex(event.key, at, shown.length, { page: Math.max(1, Math.floor(scroller.clientHeight / height) - 2) });
+    if (event.key === 'Enter' && at >= 0) onOpen(shown[at]);
+    else if (next !== null) selectLabel(shown[next]);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  });
+  scroller.addEventListener('scroll', scheduleDraw, { passive: true });
   const observer = new ResizeObserver(scheduleDraw);
   observer.observe(scroller);
 

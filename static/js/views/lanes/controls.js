@@ -2,9 +2,8 @@
 /** Pointer, wheel, keys and buttons of the lanes: they seek and change the shown range. */
 
 import { panBy, spanAround, toFrame, zoomAround } from '../../model/time_axis.js';
-import { changeLanesView } from '../../store/actions/page.js';
-import { frameCount } from '../../store/actions/review.js';
-import { seek, setTau, showDialog, showFrames } from '../view_actions.js';
+import { changeLanesView, openDialog } from '../../store/actions/page.js';
+import { frameCount, seek, dragTau, showSpan } from '../../store/actions/review.js';
 import { attachGestures } from './gestures.js';
 
 /** @typedef {import('../../state-types.js').ReviewState} ReviewState */
@@ -14,7 +13,7 @@ import { attachGestures } from './gestures.js';
 export const shownSpan = (review) => (review.span.last > review.span.first ? review.span : { first: 0, last: frameCount(review) });
 
 /**
- * @param {import('../view_actions.js').ViewApp} app
+ * @param {import('../../page-types.js').ViewApp} app
  * @param {import('./layout.js').LanesLayout} parts
  * @param {HTMLElement} proposalPlot                    the strip of a follow's proposals
  * @param {object} lanes
@@ -22,46 +21,40 @@ export const shownSpan = (review) => (review.span.last > review.span.first ? rev
  * @param {(x: number|null) => void} lanes.hover
  * @param {(x: number, y: number) => void} lanes.pick   called after a click among the tracks
  * @param {() => Span|null} lanes.selected              first and last frame of the selected track
- * @param {AbortSignal} signal
  */
-export function listenToControls(app, parts, proposalPlot, { width, hover, pick, selected }, signal) {
+export function listenToControls(app, parts, proposalPlot, { width, hover, pick, selected }) {
   const getReview = () => app.store.get().review;
   /** @param {(review: ReviewState, span: Span, frames: number) => Span} next */
   const changeSpan = (next) => {
     const review = getReview();
-    if (review !== null) showFrames(app, next(review, shownSpan(review), frameCount(review)));
+    if (review !== null) app.store.dispatch(showSpan, next(review, shownSpan(review), frameCount(review)));
   };
 
   /** @type {import('./gestures.js').GestureTarget} */
   const plot = {
     seek: (x) => {
       const review = getReview();
-      if (review) seek(app, Math.floor(toFrame(shownSpan(review), x, width())));
+      if (review) app.store.dispatch(seek, Math.floor(toFrame(shownSpan(review), x, width())));
     },
     pan: (from, to) =>
       changeSpan((_, span, frames) => panBy(span, ((from - to) / Math.max(1, width())) * (span.last - span.first), frames)),
     zoom: (x, factor) => changeSpan((_, span, frames) => zoomAround(span, toFrame(span, x, width()), factor, frames)),
     hover,
   };
-  attachGestures(parts.axisPlot, 'pan', plot, signal);
-  attachGestures(parts.detailPlot, 'seek', plot, signal);
-  attachGestures(proposalPlot, 'seek', plot, signal);
-  attachGestures(parts.tracksPlot, 'seek', { ...plot, press: pick }, signal);
-  attachGestures(
-    parts.overviewPlot,
-    'seek',
-    {
-      ...plot,
-      hover: undefined,
-      seek: (x) => {
-        const frame = (x / Math.max(1, width())) * frameCount(getReview());
-        seek(app, Math.floor(frame));
-        changeSpan((_, span, frames) => panBy(span, frame - (span.first + span.last) / 2, frames));
-      },
-      pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((to - from) / Math.max(1, width())) * frames, frames)),
+  attachGestures(parts.axisPlot, 'pan', plot);
+  attachGestures(parts.detailPlot, 'seek', plot);
+  attachGestures(proposalPlot, 'seek', plot);
+  attachGestures(parts.tracksPlot, 'seek', { ...plot, press: pick });
+  attachGestures(parts.overviewPlot, 'seek', {
+    ...plot,
+    hover: undefined,
+    seek: (x) => {
+      const frame = (x / Math.max(1, width())) * frameCount(getReview());
+      app.store.dispatch(seek, Math.floor(frame));
+      changeSpan((_, span, frames) => panBy(span, frame - (span.first + span.last) / 2, frames));
     },
-    signal,
-  );
+    pan: (from, to) => changeSpan((_, span, frames) => panBy(span, ((to - from) / Math.max(1, width())) * frames, frames)),
+  });
 
   /** @param {number} factor */
   const zoomAtCursor = (factor) =>
@@ -69,38 +62,26 @@ export function listenToControls(app, parts, proposalPlot, { width, hover, pick,
       const visible = review.frame >= span.first && review.frame < span.last;
       return zoomAround(span, visible ? review.frame + 0.5 : (span.first + span.last) / 2, factor, frames);
     });
-  parts.zoomIn.addEventListener('click', () => zoomAtCursor(0.5), { signal });
-  parts.zoomOut.addEventListener('click', () => zoomAtCursor(2), { signal });
-  parts.fit.addEventListener('click', () => changeSpan((_, __, frames) => ({ first: 0, last: frames })), { signal });
-  parts.toTrack.addEventListener(
-    'click',
-    () => {
-      const track = selected();
-      if (track) changeSpan((_, __, frames) => spanAround(track.first, track.last, frames));
-    },
-    { signal },
-  );
-  parts.fold.addEventListener('click', () => app.store.dispatch((now) => changeLanesView(now, { folded: !now.lanesView.folded })), {
-    signal,
+  parts.zoomIn.addEventListener('click', () => zoomAtCursor(0.5));
+  parts.zoomOut.addEventListener('click', () => zoomAtCursor(2));
+  parts.fit.addEventListener('click', () => changeSpan((_, __, frames) => ({ first: 0, last: frames })));
+  parts.toTrack.addEventListener('click', () => {
+    const track = selected();
+    if (track) changeSpan((_, __, frames) => spanAround(track.first, track.last, frames));
   });
-  parts.chosen.addEventListener('change', () => app.store.dispatch(changeLanesView, { lane: parts.chosen.value }), {
-    signal,
+  parts.fold.addEventListener('click', () => app.store.dispatch((now) => changeLanesView(now, { folded: !now.lanesView.folded })));
+  parts.chosen.addEventListener('change', () => app.store.dispatch(changeLanesView, { lane: parts.chosen.value }));
+  parts.reset.addEventListener('click', () => app.store.dispatch(dragTau, null));
+  parts.whatIf.addEventListener('click', () => app.store.dispatch(openDialog, { kind: 'whatif' }));
+  parts.axisPlot.addEventListener('keydown', (event) => {
+    /** @type {Record<string, number>} */
+    const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -100, PageUp: 100, Home: -1e9, End: 1e9 };
+    const review = getReview();
+    if (review === null || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.key === '+' || event.key === '-') zoomAtCursor(event.key === '+' ? 0.5 : 2);
+    else if (steps[event.key] !== undefined) app.store.dispatch(seek, review.frame + steps[event.key]);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
   });
-  parts.reset.addEventListener('click', () => setTau(app, null), { signal });
-  parts.whatIf.addEventListener('click', () => showDialog(app, { kind: 'whatif' }), { signal });
-  parts.axisPlot.addEventListener(
-    'keydown',
-    (event) => {
-      /** @type {Record<string, number>} */
-      const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -100, PageUp: 100, Home: -1e9, End: 1e9 };
-      const review = getReview();
-      if (review === null || event.ctrlKey || event.altKey || event.metaKey) return;
-      if (event.key === '+' || event.key === '-') zoomAtCursor(event.key === '+' ? 0.5 : 2);
-      else if (steps[event.key] !== undefined) seek(app, review.frame + steps[event.key]);
-      else return;
-      event.preventDefault();
-      event.stopPropagation();
-    },
-    { signal },
-  );
 }

@@ -5,7 +5,7 @@
  */
 
 import { flippedTracks, nextFlippedTrack } from '../../model/drive_flips.js';
-import { seek, select } from '../view_actions.js';
+import { seek, select } from '../../store/actions/review.js';
 import { h, setText } from '../dom.js';
 import { createLatestSender } from '../latest_sender.js';
 import { plural } from '../../model/format.js';
@@ -13,7 +13,7 @@ import { plural } from '../../model/format.js';
 /** @typedef {import('../../types.js').Flips} Flips */
 /** @typedef {{run: string, tau: number}} Question */
 
-/** @param {import('../view_actions.js').ViewApp} app @param {AbortSignal} signal */
+/** @param {import('../../page-types.js').ViewApp} app @param {AbortSignal} signal */
 export function createDriveFlips(app, signal) {
   const element = h('button.btn.btn-small.btn-quiet.lanes-drive-flips', { hidden: true });
   /** @type {Question|null} */ let currentQuestion = null;
@@ -64,17 +64,13 @@ export function createDriveFlips(app, signal) {
     );
   }
 
-  element.addEventListener(
-    'click',
-    () => {
-      const { review } = app.store.get();
-      const place = review && nextFlippedTrack(places, review.selected, review.frame);
-      if (!place) return;
-      select(app, place.key);
-      seek(app, place.frame);
-    },
-    { signal },
-  );
+  element.addEventListener('click', () => {
+    const { review } = app.store.get();
+    const place = review && nextFlippedTrack(places, review.selected, review.frame);
+    if (!place) return;
+    app.store.dispatch(select, place.key);
+    app.store.dispatch(seek, place.frame);
+  });
 
   return {
     element,

@@ -45,43 +45,31 @@ export function createEndHandle({ showFrame, endTrack }, signal) {
     position();
   };
 
-  element.addEventListener(
-    'pointerdown',
-    (event) => {
-      if (event.button !== 0 || bar === null) return;
-      event.preventDefault();
-      event.stopPropagation();
-      element.setPointerCapture(event.pointerId);
-      drag = { bar, from: event.clientX, last: bar.last };
-      showFrame(bar.last);
-    },
-    { signal },
-  );
-  element.addEventListener(
-    'pointermove',
-    (event) => {
-      event.stopPropagation(); // so that the lanes do not seek to the frame under the pointer
-      if (drag === null) return;
-      const { first, last, scale } = drag.bar;
-      const frame = Math.min(last, Math.max(first, last + Math.round((event.clientX - drag.from) / Math.max(MIN_PX_PER_FRAME, scale))));
-      if (frame === drag.last) return;
-      drag.last = frame;
-      position();
-      showFrame(frame);
-    },
-    { signal },
-  );
-  element.addEventListener(
-    'pointerup',
-    (event) => {
-      event.stopPropagation();
-      const finishedDrag = drag;
-      endDrag();
-      if (finishedDrag !== null && finishedDrag.last < finishedDrag.bar.last) endTrack(finishedDrag.bar.key, finishedDrag.last);
-    },
-    { signal },
-  );
-  element.addEventListener('lostpointercapture', endDrag, { signal });
+  element.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0 || bar === null) return;
+    event.preventDefault();
+    event.stopPropagation();
+    element.setPointerCapture(event.pointerId);
+    drag = { bar, from: event.clientX, last: bar.last };
+    showFrame(bar.last);
+  });
+  element.addEventListener('pointermove', (event) => {
+    event.stopPropagation(); // so that the lanes do not seek to the frame under the pointer
+    if (drag === null) return;
+    const { first, last, scale } = drag.bar;
+    const frame = Math.min(last, Math.max(first, last + Math.round((event.clientX - drag.from) / Math.max(MIN_PX_PER_FRAME, scale))));
+    if (frame === drag.last) return;
+    drag.last = frame;
+    position();
+    showFrame(frame);
+  });
+  element.addEventListener('pointerup', (event) => {
+    event.stopPropagation();
+    const finishedDrag = drag;
+    endDrag();
+    if (finishedDrag !== null && finishedDrag.last < finishedDrag.bar.last) endTrack(finishedDrag.bar.key, finishedDrag.last);
+  });
+  element.addEventListener('lostpointercapture', endDrag);
   document.addEventListener(
     'keydown',
     (event) => {

@@ -16,51 +16,41 @@ const MAX_CLICK_MOVE_PX = 4;
  * @param {HTMLElement} element
  * @param {'seek'|'pan'} drag   effect of a drag with the main button
  * @param {GestureTarget} target
- * @param {AbortSignal} signal
  */
-export function attachGestures(element, drag, target, signal) {
-  /** @type {Map<number, number>} */
-  const pointers = new Map();
+export function attachGestures(element, drag, target) {
+  /** @type {Map<number, number>} */ const pointers = new Map();
   let movedPx = 0;
   let mode = drag;
   /** @param {PointerEvent|WheelEvent} event */
   const xOf = (event) => event.clientX - element.getBoundingClientRect().left;
 
-  element.addEventListener(
-    'pointerdown',
-    (event) => {
-      if (event.button > 1) return;
-      event.preventDefault();
-      element.setPointerCapture(event.pointerId);
-      pointers.set(event.pointerId, xOf(event));
-      movedPx = 0;
-      mode = event.button === 1 ? 'pan' : drag;
-      if (event.button === 0 && pointers.size === 1 && drag === 'seek') {
-        target.press?.(xOf(event), event.clientY - element.getBoundingClientRect().top);
-        target.seek(xOf(event));
-      }
-    },
-    { signal },
-  );
+  element.addEventListener('pointerdown', (event) => {
+    if (event.button > 1) return;
+    event.preventDefault();
+    element.setPointerCapture(event.pointerId);
+    pointers.set(event.pointerId, xOf(event));
+    movedPx = 0;
+    mode = event.button === 1 ? 'pan' : drag;
+    if (event.button === 0 && pointers.size === 1 && drag === 'seek') {
+      target.press?.(xOf(event), event.clientY - element.getBoundingClientRect().top);
+      target.seek(xOf(event));
+    }
+  });
 
-  element.addEventListener(
-    'pointermove',
-    (event) => {
-      const x = xOf(event);
-      const oldX = pointers.get(event.pointerId);
-      target.hover?.(x);
-      if (oldX === undefined) return;
-      movedPx += Math.abs(x - oldX);
-      if (pointers.size === 2) {
-        const other = [...pointers.entries()].find(([id]) => id !== event.pointerId)?.[1] ?? x;
-        const factor = Math.max(8, Math.abs(oldX - other)) / Math.max(8, Math.abs(x - other));
-        target.zoom(other, factor);
-      } else if (mode === 'seek') target.seek(x);
-      else target.pan(oldX, x);
-      pointers.set(event.pointerId, x);
-    },
-    { signal },
-  );
+  element.addEventListener('pointermove', (event) => {
+    const x = xOf(event);
+    const oldX = pointers.get(event.pointerId);
+    target.hover?.(x);
+    if (oldX === undefined) return;
+    movedPx += Math.abs(x - oldX);
+    if (pointers.size === 2) {
+      const other = [...pointers.entries()].find(([id]) => id !== event.pointerId)?.[1] ?? x;
+      const factor = Math.max(8, Math.abs(oldX - other)) / Math.max(8, Math.abs(x - other));
+      target.zoom(other, factor);
+    } else if (mode === 'seek') target.seek(x);
+    else target.pan(oldX, x);
+    pointers.set(event.pointerId, x);
+  });
 
   /** @param {PointerEvent} event */
   const onPointerUp = (event) => {
@@ -68,9 +58,9 @@ export function attachGestures(element, drag, target, signal) {
     if (wasDown && event.type === 'pointerup' && mode === 'pan' && event.button === 0 && movedPx < MAX_CLICK_MOVE_PX)
       target.seek(xOf(event));
   };
-  element.addEventListener('pointerup', onPointerUp, { signal });
-  element.addEventListener('pointercancel', onPointerUp, { signal });
-  element.addEventListener('pointerleave', () => target.hover?.(null), { signal });
+  element.addEventListener('pointerup', onPointerUp);
+  element.addEventListener('pointercancel', onPointerUp);
+  element.addEventListener('pointerleave', () => target.hover?.(null));
 
   element.addEventListener(
     'wheel',
@@ -83,6 +73,6 @@ export function attachGestures(element, drag, target, signal) {
       if (event.shiftKey || Math.abs(dx) > Math.abs(dy)) target.pan(Math.abs(dx) > Math.abs(dy) ? dx : dy, 0);
       else target.zoom(xOf(event), Math.exp(Math.max(-120, Math.min(120, dy)) * (event.ctrlKey ? 0.01 : 0.0025)));
     },
-    { passive: false, signal },
+    { passive: false },
   );
 }

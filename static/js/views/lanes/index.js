@@ -11,8 +11,8 @@ import { reveal, toFrame, toX } from '../../model/time_axis.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { documentLane, isLoaded } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
-import { frameCount, pick as pickTrack } from '../../store/actions/review.js';
-import { editTrack, seek, setTau, showFrames } from '../view_actions.js';
+import { frameCount, pick as pickTrack, seek, dragTau, showSpan } from '../../store/actions/review.js';
+import { editTrack } from '../edit_track.js';
 import { returnFocusToPicture, setAttribute, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
 import { createNoTracks } from '../no_tracks.js';
@@ -35,7 +35,7 @@ import { paintTracks } from './tracks_painter.js';
 const ROW_HEIGHT = 20;
 const SYMMETRY_LANE = SUB_LANES.findIndex(({ id }) => id === 'symmetry');
 
-/** @param {import('../view_actions.js').ViewApp} app */
+/** @param {import('../../page-types.js').ViewApp} app */
 export function createLanes(app) {
   const parts = createLayout();
   const noTracks = createNoTracks(app, 'lanes-empty');
@@ -45,13 +45,13 @@ export function createLanes(app) {
   returnFocusToPicture(parts.element);
   const lifetime = new AbortController();
   const { signal } = lifetime;
-  const slider = createTauSlider((tau) => setTau(app, tau), signal);
+  const slider = createTauSlider((tau) => app.store.dispatch(dragTau, tau));
   parts.detailPlot.append(slider.element);
   const driveFlips = createDriveFlips(app, signal);
   parts.reset.before(driveFlips.element);
   const endHandle = createEndHandle(
     {
-      showFrame: (frame) => seek(app, frame),
+      showFrame: (frame) => app.store.dispatch(seek, frame),
       endTrack: (key, last) => void editTrack(app, key, { name: 'delete_from', frame: last + 1 }),
     },
     signal,
@@ -101,24 +101,18 @@ export function createLanes(app) {
     if (bar >= 0) app.store.dispatch(pickTrack, index.key[bar]);
   }
 
-  listenToControls(
-    app,
-    parts,
-    proposalStrip.plot,
-    {
-      width: () => width,
-      hover(x) {
-        hovered = x;
-        schedulePaint();
-      },
-      pick,
-      selected() {
-        const bar = index.barOf.get(getReview()?.selected ?? '');
-        return bar === undefined ? null : { first: index.first[bar], last: index.last[bar] };
-      },
+  listenToControls(app, parts, proposalStrip.plot, {
+    width: () => width,
+    hover(x) {
+      hovered = x;
+      schedulePaint();
     },
-    signal,
-  );
+    pick,
+    selected() {
+      const bar = index.barOf.get(getReview()?.selected ?? '');
+      return bar === undefined ? null : { first: index.first[bar], last: index.last[bar] };
+    },
+  });
   parts.tracksPane.addEventListener(
     'scroll',
     () => {
@@ -329,7 +323,7 @@ export function createLanes(app) {
       if (moved) {
         const span = shownSpan(review);
         const shown = reveal(span, review.frame, frameCount(review));
-        if (shown !== span) showFrames(app, shown);
+        if (shown !== span) app.store.dispatch(showSpan, shown);
       }
       schedulePaint();
     },
@@ -338,7 +332,6 @@ export function createLanes(app) {
       observer.disconnect();
       themeObserver.disconnect();
       cancelAnimationFrame(scheduled);
-      parts.element.remove();
     },
   };
 }

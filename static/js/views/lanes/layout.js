@@ -1,8 +1,8 @@
 // @ts-check
 /** The elements of the lanes, without behaviour. */
 
-import { h, setText } from '../dom.js';
-import { icon } from '../icons.js';
+import { h, selectInput, setText } from '../dom.js';
+import { icon, iconButton } from '../icons.js';
 import { SUB_LANES } from '../../model/sub_lanes.js';
 import { SOURCES } from './palette.js';
 
@@ -28,15 +28,14 @@ export function createLayout() {
     detailName: h('span.lanes-detail-name.truncate'),
     flips: h('span.lanes-flips.small'),
     legend: h('ul.lanes-votes-legend'),
-    zoomOut: button('zoom_out', 'Zoom out (wheel)'),
-    zoomIn: button('zoom_in', 'Zoom in (wheel)'),
-    fit: button('fit', 'Show the whole drive'),
+    zoomOut: iconButton('zoom_out', 'Zoom out (wheel)'),
+    zoomIn: iconButton('zoom_in', 'Zoom in (wheel)'),
+    fit: iconButton('fit', 'Show the whole drive'),
     toTrack: h('button.btn.btn-small.btn-quiet', { title: 'Show the selected track from its first to its last frame' }, 'Fit track'),
     fold: h('button.btn.btn-small.btn-quiet', { title: 'All lanes, or only the chosen one (Shift+L)' }, 'All lanes'),
-    chosen: h(
-      'select.select.lanes-chosen',
-      { 'aria-label': 'Lane', title: 'The value lane shown below the bar of the selected track' },
-      SUB_LANES.map(({ id, label }) => h('option', { value: id }, label)),
+    chosen: selectInput(
+      { class: 'select lanes-chosen', 'aria-label': 'Lane', title: 'The value lane shown below the bar of the selected track' },
+      SUB_LANES.map(({ id, label }) => [id, label]),
     ),
     reset: h('button.btn.btn-small.btn-quiet', { title: 'Back to the tau of the run' }, 'Reset'),
     whatIf: h('button.btn.btn-small', icon('whatif'), h('span', 'What if tau = …')),
@@ -129,9 +128,4 @@ export function fillLegend(list, rows) {
     item.title = row.name;
     setText(item.children[2], row.share);
   });
-}
-
-/** @param {import('../icons.js').IconName} name @param {string} title */
-function button(name, title) {
-  return h('button.btn.btn-small.btn-quiet.btn-icon', { title, 'aria-label': title }, icon(name));
 }

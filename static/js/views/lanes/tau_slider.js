@@ -5,11 +5,8 @@ import { logPosition, valueAtLogPosition } from '../../model/gate_lane.js';
 import { shortNumber } from '../../model/describe_events.js';
 import { h, setAttribute, setText } from '../dom.js';
 
-/**
- * @param {(tau: number|null) => void} onChange   null: the run's own
- * @param {AbortSignal} signal
- */
-export function createTauSlider(onChange, signal) {
+/** @param {(tau: number|null) => void} onChange   null: the run's own */
+export function createTauSlider(onChange) {
   const grip = h('span.tau-grip');
   const element = h(
     'div.tau-slider',
@@ -23,8 +20,7 @@ export function createTauSlider(onChange, signal) {
     },
     grip,
   );
-  /** @type {{low: number, high: number}} */
-  let domain = { low: 1, high: 100 };
+  /** @type {{low: number, high: number}} */ let domain = { low: 1, high: 100 };
   let tau = 1;
   let dragged = false;
   /** The value to restore if the drag is cancelled. @type {number|null} */ let tauBeforeDrag = null;
@@ -32,61 +28,45 @@ export function createTauSlider(onChange, signal) {
   let top = 0;
   let height = 1;
 
-  element.addEventListener(
-    'pointerdown',
-    (event) => {
-      if (event.button !== 0) return;
+  element.addEventListener('pointerdown', (event) => {
+    if (event.button !== 0) return;
+    event.preventDefault();
+    event.stopPropagation();
+    element.focus();
+    element.setPointerCapture(event.pointerId);
+    pointerId = event.pointerId;
+    tauBeforeDrag = dragged ? tau : null;
+  });
+  element.addEventListener('lostpointercapture', () => {
+    pointerId = null;
+  });
+  element.addEventListener('pointermove', (event) => {
+    if (!element.hasPointerCapture(event.pointerId) || element.parentElement === null) return;
+    const y = event.clientY - element.parentElement.getBoundingClientRect().top;
+    onChange(valueAtLogPosition(1 - (y - top) / height, domain));
+  });
+  element.addEventListener('dblclick', () => onChange(null));
+  element.addEventListener('keydown', (event) => {
+    if (event.key === 'Escape' && pointerId !== null) {
       event.preventDefault();
       event.stopPropagation();
-      element.focus();
-      element.setPointerCapture(event.pointerId);
-      pointerId = event.pointerId;
-      tauBeforeDrag = dragged ? tau : null;
-    },
-    { signal },
-  );
-  element.addEventListener(
-    'lostpointercapture',
-    () => {
-      pointerId = null;
-    },
-    { signal },
-  );
-  element.addEventListener(
-    'pointermove',
-    (event) => {
-      if (!element.hasPointerCapture(event.pointerId) || element.parentElement === null) return;
-      const y = event.clientY - element.parentElement.getBoundingClientRect().top;
-      onChange(valueAtLogPosition(1 - (y - top) / height, domain));
-    },
-    { signal },
-  );
-  element.addEventListener('dblclick', () => onChange(null), { signal });
-  element.addEventListener(
-    'keydown',
-    (event) => {
-      if (event.key === 'Escape' && pointerId !== null) {
-        event.preventDefault();
-        event.stopPropagation();
-        element.releasePointerCapture(pointerId);
-        onChange(tauBeforeDrag);
-        return;
-      }
-      /** @type {Record<string, number>} */
-      const factors = { ArrowUp: 1.02, ArrowRight: 1.02, ArrowDown: 1 / 1.02, ArrowLeft: 1 / 1.02, PageUp: 1.2, PageDown: 1 / 1.2 };
-      const factor = factors[event.key];
-      if ((factor === undefined && event.key !== 'Home') || event.altKey) return;
-      event.preventDefault();
-      event.stopPropagation();
-      if (event.key === 'Home') onChange(null);
-      else {
-        // The next key may come before the page is painted, and continues from here.
-        tau = Number(Math.min(domain.high, Math.max(domain.low, tau * factor)).toPrecision(3));
-        onChange(tau);
-      }
-    },
-    { signal },
-  );
+      element.releasePointerCapture(pointerId);
+      onChange(tauBeforeDrag);
+      return;
+    }
+    /** @type {Record<string, number>} */
+    const factors = { ArrowUp: 1.02, ArrowRight: 1.02, ArrowDown: 1 / 1.02, ArrowLeft: 1 / 1.02, PageUp: 1.2, PageDown: 1 / 1.2 };
+    const factor = factors[event.key];
+    if ((factor === undefined && event.key !== 'Home') || event.altKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (event.key === 'Home') onChange(null);
+    else {
+      // The next key may come before the page is painted, and continues from here.
+      tau = Number(Math.min(domain.high, Math.max(domain.low, tau * factor)).toPrecision(3));
+      onChange(tau);
+    }
+  });
 
   return {
     element,

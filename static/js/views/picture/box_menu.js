@@ -97,24 +97,18 @@ export function createBoxMenu(app, stage, screen, signal) {
 
   const items = () => /** @type {HTMLButtonElement[]} */ ([...element.querySelectorAll('[role="menuitem"]')]);
 
-  element.addEventListener(
-    'keydown',
-    (event) => {
-      const all = items();
-      const at = all.indexOf(/** @type {HTMLButtonElement} */ (document.activeElement));
-      const next = { ArrowDown: (at + 1) % all.length, ArrowUp: (at - 1 + all.length) % all.length, Home: 0, End: all.length - 1 }[
-        event.key
-      ];
-      if (next !== undefined) all[next]?.focus({ preventScroll: true });
-      else if (event.key === 'Escape' || event.key === 'Tab') close(true);
-      else if (event.key === 'Enter' || event.key === ' ') all[at]?.click();
-      else if (!event.key.startsWith('Arrow')) return; // letters are keys of operations, as everywhere; arrows must not move the box below
-      event.preventDefault();
-      event.stopPropagation();
-    },
-    { signal },
-  );
-  element.addEventListener('pointerdown', (event) => event.stopPropagation(), { signal });
+  element.addEventListener('keydown', (event) => {
+    const all = items();
+    const at = all.indexOf(/** @type {HTMLButtonElement} */ (document.activeElement));
+    const next = { ArrowDown: (at + 1) % all.length, ArrowUp: (at - 1 + all.length) % all.length, Home: 0, End: all.length - 1 }[event.key];
+    if (next !== undefined) all[next]?.focus({ preventScroll: true });
+    else if (event.key === 'Escape' || event.key === 'Tab') close(true);
+    else if (event.key === 'Enter' || event.key === ' ') all[at]?.click();
+    else if (!event.key.startsWith('Arrow')) return; // letters are keys of operations, as everywhere; arrows must not move the box below
+    event.preventDefault();
+    event.stopPropagation();
+  });
+  element.addEventListener('pointerdown', (event) => event.stopPropagation());
   document.addEventListener(
     'pointerdown',
     (event) => {
@@ -123,18 +117,14 @@ export function createBoxMenu(app, stage, screen, signal) {
     { signal, capture: true },
   );
 
-  stage.addEventListener(
-    'keydown',
-    (event) => {
-      if (event.key !== 'ContextMenu' && !(event.key === 'F10' && event.shiftKey)) return;
-      const { review } = app.store.get();
-      const shown = review?.selected ? shownTrack(review, review.selected) : null;
-      if (!review || !shown) return;
-      event.preventDefault();
-      open(...toScreen(review.viewport, screen(), shown.box[2], shown.box[1]));
-    },
-    { signal },
-  );
+  stage.addEventListener('keydown', (event) => {
+    if (event.key !== 'ContextMenu' && !(event.key === 'F10' && event.shiftKey)) return;
+    const { review } = app.store.get();
+    const shown = review?.selected ? shownTrack(review, review.selected) : null;
+    if (!review || !shown) return;
+    event.preventDefault();
+    open(...toScreen(review.viewport, screen(), shown.box[2], shown.box[1]));
+  });
 
   return {
     element,

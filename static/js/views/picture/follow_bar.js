@@ -15,9 +15,7 @@ const BUTTONS = /** @type {const} */ ([
   ['drop-follow', 'Drop', ''],
 ]);
 
-/**
- * @param {import('../../page-types.js').App} app
- */
+/** @param {import('../../page-types.js').App} app */
 export function createFollowBar(app) {
   const statusText = h('span.grow.follow-words', { role: 'status' });
   const buttons = BUTTONS.map(([id, text, tone]) => {
@@ -27,7 +25,6 @@ export function createFollowBar(app) {
       'button',
       {
         class: `btn btn-small ${tone}`,
-
         title: operation?.tooltip ?? text,
         onclick: () => operation && runOperation(app, operation, toast),
       },

@@ -22,10 +22,7 @@ import { areBoxesLoaded, createKeepInView } from './keep_in_view.js';
 /** @typedef {import('../../page-types.js').App} App */
 /** @typedef {import('../../state-types.js').State} State */
 
-/**
- * @param {App} app
- * @returns {import('../../page-types.js').View}
- */
+/** @type {import('../../page-types.js').CreateView} */
 export function createPicture(app) {
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
@@ -84,20 +81,14 @@ export function createPicture(app) {
 
   const size = { width: 0, height: 0 };
   let ratio = 1;
-  /** @type {ReturnType<typeof readPenStyle>|null} */
-  let penStyle = null;
-  /** @type {import('../../frames/cache.js').Picture|null} */
-  let shownPicture = null;
+  /** @type {ReturnType<typeof readPenStyle>|null} */ let penStyle = null;
+  /** @type {import('../../frames/cache.js').Picture|null} */ let shownPicture = null;
   /** The smoothing of the picture. @type {'low'|'high'} */
   let quality = 'high';
-  /** @type {State['review']} */
-  let lastReview = null;
-  /** @type {import('../../state-types.js').Draft|null} */
-  let draft = null;
-  /** @type {State['labels']|null} */
-  let labels = null;
-  /** @type {Map<number, string>} */
-  let names = new Map();
+  /** @type {State['review']} */ let lastReview = null;
+  /** @type {import('../../state-types.js').Draft|null} */ let draft = null;
+  /** @type {State['labels']|null} */ let labels = null;
+  /** @type {Map<number, string>} */ let names = new Map();
   let lastAnnouncement = '';
   const keepInView = createKeepInView();
 
@@ -235,7 +226,6 @@ export function createPicture(app) {
       lifetime.abort();
       observer.disconnect();
       app.frames.setPainter(() => {});
-      element.remove();
     },
   };
 }

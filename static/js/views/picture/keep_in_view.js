@@ -18,8 +18,7 @@ export const areBoxesLoaded = (review) => review.shown === review.frame && !areB
  * over time. Does nothing if the user has moved the view away from the track or zoomed into a corner of it.
  */
 export function createKeepInView() {
-  /** @type {string|null} */
-  let selected = null;
+  /** @type {string|null} */ let selected = null;
   /** Whether the selected track is not visible yet. */
   let isSearching = false;
   /** The frame in which the selected track had no box. @type {number|null} */

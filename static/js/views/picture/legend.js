@@ -5,7 +5,7 @@ import { runName } from '../../model/describe_run.js';
 import { LAYER_NAMES, SHORT_NAMES, layerKey, switchLayer } from '../../operations/view.js';
 import { openDialog } from '../../store/actions/page.js';
 import { LAYERS } from '../../store/initial.js';
-import { h, setText } from '../dom.js';
+import { h, setAttribute, setText } from '../dom.js';
 import { icon } from '../icons.js';
 import { LAYER_STYLES } from './pen.js';
 
@@ -27,11 +27,7 @@ export function createLegend(app) {
     swatch.dataset.dash = LAYER_STYLES[name].dash.length ? 'dashed' : 'solid';
     const button = h(
       'button.legend-item',
-      {
-        'aria-pressed': 'false',
-        title: `${LAYER_NAMES[name]} (${layerKey(name)})`,
-        onclick: () => app.store.dispatch(switchLayer, name),
-      },
+      { 'aria-pressed': 'false', title: `${LAYER_NAMES[name]} (${layerKey(name)})`, onclick: () => app.store.dispatch(switchLayer, name) },
       swatch,
       h('span.legend-name.truncate', SHORT_NAMES[name]),
       count,
@@ -57,8 +53,7 @@ export function createLegend(app) {
   /** Show whose boxes a layer has. @param {'truth'|'second'} name @param {string|null} sourceName */
   function setTitle(name, sourceName) {
     const title = `${LAYER_NAMES[name]}${sourceName === null ? '' : `: ${sourceName}`} (${layerKey(name)})`;
-    const button = rows.get(name)?.button;
-    if (button && button.title !== title) button.title = title;
+    setAttribute(/** @type {{button: HTMLElement}} */ (rows.get(name)).button, 'title', title);
   }
 
   /** Remove names until the row fits, those of rarely used layers first. No name is truncated. */
@@ -82,8 +77,7 @@ export function createLegend(app) {
       setTitle('second', second === null ? 'none chosen yet' : secondRun ? runName(secondRun) : null);
       for (const [name, { button, count }] of rows) {
         // the layer of the second run shows nothing until a run is chosen, whatever its switch
-        const pressed = String(layersOn[name] && (name !== 'second' || second !== null));
-        if (button.getAttribute('aria-pressed') !== pressed) button.setAttribute('aria-pressed', pressed);
+        setAttribute(button, 'aria-pressed', String(layersOn[name] && (name !== 'second' || second !== null)));
         // ground truth is loaded only while shown, and without a second run there are no boxes: 0 would be wrong
         const unknown = (name === 'truth' && !layersOn.truth && counts.truth === 0) || (name === 'second' && second === null);
         setText(count, unknown ? '' : String(counts[name]));

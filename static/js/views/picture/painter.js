@@ -13,6 +13,7 @@ import { chosenTruth } from '../../review/chosen_truth.js';
 import { focusPoint } from '../../model/focus.js';
 import { trackName } from '../../model/track_name.js';
 import { secondRunSigns, shownTracks } from '../../review/shown_tracks.js';
+import { LAYERS } from '../../store/initial.js';
 import { createPen } from './pen.js';
 
 /**
@@ -25,18 +26,7 @@ import { createPen } from './pen.js';
  * @returns {Record<LayerName, number>} number of boxes of each layer in the frame
  */
 export function paintLayers(ctx, review, view, screen, style, nameOf) {
-  const counts = /** @type {Record<LayerName, number>} */ ({
-    detections: 0,
-    predictions: 0,
-    search: 0,
-    relocalisations: 0,
-    results: 0,
-    corrected: 0,
-    truth: 0,
-    second: 0,
-    uncertainty: 0,
-    gate: 0,
-  });
+  const counts = /** @type {Record<LayerName, number>} */ (Object.fromEntries(LAYERS.map((name) => [name, 0])));
   const pen = createPen(ctx, view, screen, style);
   const overlay = review.overlays[review.frame];
   const layersOn = review.layers;

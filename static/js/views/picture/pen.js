@@ -42,8 +42,7 @@ export function readPenStyle(element) {
   /** @param {string} name */
   const token = (name) => style.getPropertyValue(name).trim();
   const unit = (Number.parseFloat(token('--u')) || 4) / 4;
-  /** @type {Partial<Record<LayerName, string>>} */
-  const colours = {};
+  /** @type {Partial<Record<LayerName, string>>} */ const colours = {};
   for (const layer of /** @type {LayerName[]} */ (Object.keys(LAYER_STYLES))) colours[layer] = token(`--layer-${layer}`) || '#ffffff';
   return {
     colour: (layer) => colours[layer] ?? '#ffffff',
@@ -53,12 +52,7 @@ export function readPenStyle(element) {
   };
 }
 
-/**
- * @param {CanvasRenderingContext2D} ctx
- * @param {Viewport} view
- * @param {Size} screen
- * @param {PenStyle} style
- */
+/** @param {CanvasRenderingContext2D} ctx @param {Viewport} view @param {Size} screen @param {PenStyle} style */
 export function createPen(ctx, view, screen, style) {
   /** @type {(import('../../model/label_layout.js').WantedLabel & {layer: LayerName, text: string, weight: number})[]} */
   const labels = [];
@@ -103,9 +97,9 @@ export function createPen(ctx, view, screen, style) {
     /**
      * @param {LayerName} layer
      * @param {Box} box
-     * @param {string} [text]   shown when `labels` is called @param {{where?: 'above'|'below', weight?: number, thin?:
-     *   boolean, dashed?: boolean, guarded?: boolean}} [how]   heavier labels choose their place first; guarded: labels
-     *   avoid the box
+     * @param {string} [text]   shown when `labels` is called
+     * @param {{where?: 'above'|'below', weight?: number, thin?: boolean, dashed?: boolean, guarded?: boolean}} [how]
+     *   heavier labels choose their place first; guarded: labels avoid the box
      */
     box(layer, box, text, { where = 'below', weight = 0, thin = false, dashed = false, guarded = false } = {}) {
       const [x1, y1, x2, y2] = toScreenBox(box);

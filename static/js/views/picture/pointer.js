@@ -82,96 +82,88 @@ export function listenToPointer(app, element, screen, menu, signal) {
         state.review ? setViewport(state, zoomAt(state.review.viewport, screen(), picture(), factor, x, y)) : state,
       );
     },
-    { signal, passive: false },
+    { passive: false },
   );
 
-  element.addEventListener(
-    'pointerdown',
-    (event) => {
-      const review = getReview();
-      if (!review || review.viewport.zoom === 0 || drag) return;
-      const [sx, sy] = pointerPosition(event);
-      const [x, y] = toPicture(review.viewport, screen(), sx, sy);
-      const start = {
-        x: sx,
-        y: sy,
-        moved: false,
-        view: review.viewport,
-        frame: review.frame,
-        box: /** @type {Box} */ ([x, y, x, y]),
-        key: '',
-        handle: /** @type {Handle} */ ('move'),
-        correct: event.shiftKey,
-        tracksUnder: /** @type {string[]} */ ([]),
-      };
-      element.setPointerCapture(event.pointerId);
-      if (event.button === 1 || event.button === 2) {
-        drag = { ...start, kind: 'pan', key: event.button === 2 ? 'menu' : '', tracksUnder: tracksAt(x, y).map(({ key }) => key) };
-        event.preventDefault();
-        return;
-      }
-      if (event.button !== 0) return;
-      element.focus({ preventScroll: true });
-      if (review.mode === 'draw') {
-        app.store.dispatch(setPlaying, false);
-        drag = { ...start, kind: 'draw', key: review.selected ?? '' };
-        return;
-      }
-      const found = tracksAt(x, y);
-      if (modeOf(review).onTrackClick) {
-        if (found.length) app.store.dispatch(applyTrackClick, found[0].key);
-        return;
-      }
-      const selected = review.selected ? shownTracks(review).find(({ key }) => key === review.selected) : undefined;
-      const handle =
-        selected && review.shown === review.frame
-          ? handleAt(selected.box, x, y, HANDLE_RADIUS_PX / review.viewport.zoom, review.viewport.stretch)
-          : null;
-      const keys = found.map(({ key }) => key);
-      if (selected && handle && (handle !== 'move' || keys.includes(selected.key))) {
-        app.store.dispatch(setPlaying, false);
-        drag = { ...start, kind: 'change', box: selected.box, key: selected.key, handle, tracksUnder: keys };
-      } else if (found.length) {
-        // stop playing: a dragged box must keep its frame
-        app.store.dispatch((state) => select(setPlaying(state, false), found[0].key));
-        drag = { ...start, kind: 'change', box: found[0].box, key: found[0].key, handle: 'move', tracksUnder: [] };
-      } else {
-        drag = { ...start, kind: 'pan', key: 'empty' };
-      }
-    },
-    { signal },
-  );
+  element.addEventListener('pointerdown', (event) => {
+    const review = getReview();
+    if (!review || review.viewport.zoom === 0 || drag) return;
+    const [sx, sy] = pointerPosition(event);
+    const [x, y] = toPicture(review.viewport, screen(), sx, sy);
+    const start = {
+      x: sx,
+      y: sy,
+      moved: false,
+      view: review.viewport,
+      frame: review.frame,
+      box: /** @type {Box} */ ([x, y, x, y]),
+      key: '',
+      handle: /** @type {Handle} */ ('move'),
+      correct: event.shiftKey,
+      tracksUnder: /** @type {string[]} */ ([]),
+    };
+    element.setPointerCapture(event.pointerId);
+    if (event.button === 1 || event.button === 2) {
+      drag = { ...start, kind: 'pan', key: event.button === 2 ? 'menu' : '', tracksUnder: tracksAt(x, y).map(({ key }) => key) };
+      event.preventDefault();
+      return;
+    }
+    if (event.button !== 0) return;
+    element.focus({ preventScroll: true });
+    if (review.mode === 'draw') {
+      app.store.dispatch(setPlaying, false);
+      drag = { ...start, kind: 'draw', key: review.selected ?? '' };
+      return;
+    }
+    const found = tracksAt(x, y);
+    if (modeOf(review).onTrackClick) {
+      if (found.length) app.store.dispatch(applyTrackClick, found[0].key);
+      return;
+    }
+    const selected = review.selected ? shownTracks(review).find(({ key }) => key === review.selected) : undefined;
+    const handle =
+      selected && review.shown === review.frame
+        ? handleAt(selected.box, x, y, HANDLE_RADIUS_PX / review.viewport.zoom, review.viewport.stretch)
+        : null;
+    const keys = found.map(({ key }) => key);
+    if (selected && handle && (handle !== 'move' || keys.includes(selected.key))) {
+      app.store.dispatch(setPlaying, false);
+      drag = { ...start, kind: 'change', box: selected.box, key: selected.key, handle, tracksUnder: keys };
+    } else if (found.length) {
+      // stop playing: a dragged box must keep its frame
+      app.store.dispatch((state) => select(setPlaying(state, false), found[0].key));
+      drag = { ...start, kind: 'change', box: found[0].box, key: found[0].key, handle: 'move', tracksUnder: [] };
+    } else {
+      drag = { ...start, kind: 'pan', key: 'empty' };
+    }
+  });
 
-  element.addEventListener(
-    'pointermove',
-    (event) => {
-      const review = getReview();
-      if (!review) return;
-      const [sx, sy] = pointerPosition(event);
-      if (!drag) {
-        const point = toPicture(review.viewport, screen(), sx, sy);
-        setCursor(element, review, point);
-        if (review.fewLabels) app.store.dispatch(hover, tracksAt(...point)[0]?.key ?? null);
-        return;
-      }
-      if (!drag.moved && Math.hypot(sx - drag.x, sy - drag.y) < MAX_CLICK_MOVE_PX) return;
-      drag.moved = true;
-      const { view } = drag;
-      if (drag.kind === 'pan') {
-        const moved = clampView({ ...view, x: view.x - (sx - drag.x) / scaleX(view), y: view.y - (sy - drag.y) / view.zoom }, picture());
-        app.store.dispatch(setViewport, moved);
-        return;
-      }
-      const [x, y] = toPicture(review.viewport, screen(), sx, sy);
-      const [x0, y0] = toPicture(view, screen(), drag.x, drag.y);
-      const { kind, key, handle, box: startBox } = drag;
-      const box = kind === 'draw' ? orderCorners([startBox[0], startBox[1], x, y]) : dragHandle(startBox, handle, x - x0, y - y0);
-      app.store.dispatch(setDrag, { box: normalizeBox(box, picture()), key });
-    },
-    { signal },
-  );
+  element.addEventListener('pointermove', (event) => {
+    const review = getReview();
+    if (!review) return;
+    const [sx, sy] = pointerPosition(event);
+    if (!drag) {
+      const point = toPicture(review.viewport, screen(), sx, sy);
+      setCursor(element, review, point);
+      if (review.fewLabels) app.store.dispatch(hover, tracksAt(...point)[0]?.key ?? null);
+      return;
+    }
+    if (!drag.moved && Math.hypot(sx - drag.x, sy - drag.y) < MAX_CLICK_MOVE_PX) return;
+    drag.moved = true;
+    const { view } = drag;
+    if (drag.kind === 'pan') {
+      const moved = clampView({ ...view, x: view.x - (sx - drag.x) / scaleX(view), y: view.y - (sy - drag.y) / view.zoom }, picture());
+      app.store.dispatch(setViewport, moved);
+      return;
+    }
+    const [x, y] = toPicture(review.viewport, screen(), sx, sy);
+    const [x0, y0] = toPicture(view, screen(), drag.x, drag.y);
+    const { kind, key, handle, box: startBox } = drag;
+    const box = kind === 'draw' ? orderCorners([startBox[0], startBox[1], x, y]) : dragHandle(startBox, handle, x - x0, y - y0);
+    app.store.dispatch(setDrag, { box: normalizeBox(box, picture()), key });
+  });
 
-  element.addEventListener('pointerleave', () => app.store.dispatch(hover, null), { signal });
+  element.addEventListener('pointerleave', () => app.store.dispatch(hover, null));
 
   /** @param {boolean} apply */
   const endDrag = (apply) => {
@@ -206,9 +198,9 @@ export function listenToPointer(app, element, screen, menu, signal) {
     app.store.dispatch((state) => select(setPlaying(state, false), key));
     menu(x, y);
   }
-  element.addEventListener('pointerup', () => endDrag(true), { signal });
-  element.addEventListener('pointercancel', () => endDrag(false), { signal });
-  element.addEventListener('contextmenu', (event) => event.preventDefault(), { signal });
+  element.addEventListener('pointerup', () => endDrag(true));
+  element.addEventListener('pointercancel', () => endDrag(false));
+  element.addEventListener('contextmenu', (event) => event.preventDefault());
   document.addEventListener(
     'keydown',
     (event) => {
@@ -234,11 +226,7 @@ const CURSORS = {
   move: 'move',
 };
 
-/**
- * @param {HTMLElement} element
- * @param {import('../../state-types.js').ReviewState} review
- * @param {[number, number]} point
- */
+/** @param {HTMLElement} element @param {import('../../state-types.js').ReviewState} review @param {[number, number]} point */
 function setCursor(element, review, [x, y]) {
   const { cursor: modeCursor, changesBoxes } = modeOf(review);
   let cursor = modeCursor ?? 'default';

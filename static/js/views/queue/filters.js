@@ -5,8 +5,8 @@ import { answerText, attributeChoices } from '../../model/attributes.js';
 import { NO_CLASS } from '../../model/documents.js';
 import { labelFor, resolveLabelId } from '../../model/labels.js';
 import { scoreRange } from '../../model/queue.js';
-import { changeFilter } from '../view_actions.js';
-import { fill, h, returnFocusToPicture, scrollFocusedIntoView, setAttribute } from '../dom.js';
+import { changeFilter } from '../../store/actions/review.js';
+import { fill, h, returnFocusToPicture, selectInput, scrollFocusedIntoView, setAttribute } from '../dom.js';
 import { count, figure } from '../../model/format.js';
 import { icon } from '../icons.js';
 
@@ -14,68 +14,60 @@ import { icon } from '../icons.js';
 
 /** Maximum number of values of an attribute to choose from. */
 const MAX_ATTRIBUTE_VALUES = 200;
+const REVIEWS = /** @type {const} */ ([
+  ['all', 'Any state'],
+  ['open', 'Open'],
+  ['needs_work', 'Needs work'],
+  ['accepted', 'Accepted'],
+  ['rejected', 'False positive'],
+]);
+const SORTS = /** @type {const} */ ([
+  ['uncertainty', 'By uncertainty'],
+  ['time', 'By time'],
+  ['class', 'By label'],
+  ['score', 'By score'],
+]);
+const UNCERTAINTIES = /** @type {const} */ ([
+  ['0', 'Any uncertainty'],
+  ['0.1', '≥ 10 %'],
+  ['0.25', '≥ 25 %'],
+  ['0.5', '≥ 50 %'],
+  ['0.75', '≥ 75 %'],
+]);
 
-/**
- * @param {import('../view_actions.js').ViewApp} app
- * @param {AbortSignal} signal
- */
-export function createQueueFilters(app, signal) {
+/** @param {import('../../page-types.js').ViewApp} app */
+export function createQueueFilters(app) {
+  /** @param {Partial<QueueFilter>} change */
+  const filter = (change) => app.store.dispatch(changeFilter, change);
+  /** @param {string} name @param {readonly (readonly [string, string])[]} options @param {(value: string) => Partial<QueueFilter>} read */
+  const select = (name, options, read) => {
+    const element = selectInput({ 'aria-label': name, title: name, onchange: () => filter(read(element.value)) }, options);
+    return element;
+  };
   const text = h('input.input', {
     type: 'search',
     placeholder: 'Label, number, reason or note',
     'aria-label': 'Search tracks',
     title: 'Every word must occur. Attribute values are searched as well, such as dirty=yes',
+    oninput: () => filter({ text: text.value }),
   });
-  const review = select('Review state', [
-    ['all', 'Any state'],
-    ['open', 'Open'],
-    ['needs_work', 'Needs work'],
-    ['accepted', 'Accepted'],
-    ['rejected', 'False positive'],
-  ]);
-  const sort = select('Sort by', [
-    ['uncertainty', 'By uncertainty'],
-    ['time', 'By time'],
-    ['class', 'By label'],
-    ['score', 'By score'],
-  ]);
-  const uncertainty = select('Minimum uncertainty', [
-    ['0', 'Any uncertainty'],
-    ['0.1', '≥ 10 %'],
-    ['0.25', '≥ 25 %'],
-    ['0.5', '≥ 50 %'],
-    ['0.75', '≥ 75 %'],
-  ]);
-  const labelSelect = select('Label', [['', 'All labels']]);
+  const review = select('Review state', REVIEWS, (value) => ({ review: /** @type {QueueFilter['review']} */ (value) }));
+  const sort = select('Sort by', SORTS, (value) => ({ sort: /** @type {QueueFilter['sort']} */ (value) }));
+  const uncertainty = select('Minimum uncertainty', UNCERTAINTIES, (value) => ({ least_uncertainty: Number(value) }));
+  const labelSelect = select('Label', [['', 'All labels']], (value) => ({ class_id: value === '' ? null : Number(value) }));
   labelSelect.classList.add('queue-label');
-  const attribute = select('Attribute', [['', 'Any attribute']]);
+  const attribute = select('Attribute', [['', 'Any attribute']], (value) => ({ attribute: value === '' ? null : JSON.parse(value) }));
   const notesButton = h(
     'button.btn.btn-icon.queue-noted',
     {
       title: 'Only tracks with notes',
       'aria-label': 'Only tracks with notes',
-      onclick: () => changeFilter(app, { with_notes: notesButton.getAttribute('aria-pressed') !== 'true' }),
+      onclick: () => filter({ with_notes: notesButton.getAttribute('aria-pressed') !== 'true' }),
     },
     icon('note'),
   );
-  text.addEventListener('input', () => changeFilter(app, { text: text.value }), { signal });
-  review.addEventListener('change', () => changeFilter(app, { review: /** @type {QueueFilter['review']} */ (review.value) }), { signal });
-  sort.addEventListener('change', () => changeFilter(app, { sort: /** @type {QueueFilter['sort']} */ (sort.value) }), { signal });
-  uncertainty.addEventListener('change', () => changeFilter(app, { least_uncertainty: Number(uncertainty.value) }), { signal });
-  labelSelect.addEventListener(
-    'change',
-    () => changeFilter(app, { class_id: labelSelect.value === '' ? null : Number(labelSelect.value) }),
-    { signal },
-  );
-  attribute.addEventListener(
-    'change',
-    () => changeFilter(app, { attribute: attribute.value === '' ? null : JSON.parse(attribute.value) }),
-    {
-      signal,
-    },
-  );
-  const minScore = scoreInput('Minimum score', 'Score ≥', (score) => changeFilter(app, { least_score: score }));
-  const maxScore = scoreInput('Maximum score', 'Score ≤', (score) => changeFilter(app, { most_score: score }));
+  const minScore = scoreInput('Minimum score', 'Score ≥', (score) => filter({ least_score: score }));
+  const maxScore = scoreInput('Maximum score', 'Score ≤', (score) => filter({ most_score: score }));
   const element = h(
     'div.queue-filters',
     h('div.queue-search', h('span.input-with-icon.grow', icon('search'), text), notesButton),
@@ -192,13 +184,4 @@ function scoreInput(name, placeholder, change) {
     oninput: () => change(input.value === '' ? null : input.valueAsNumber),
   });
   return input;
-}
-
-/** @param {string} name @param {[string, string][]} options */
-function select(name, options) {
-  return h(
-    'select.select',
-    { 'aria-label': name, title: name },
-    options.map(([value, label]) => h('option', { value }, label)),
-  );
 }

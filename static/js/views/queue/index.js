@@ -5,10 +5,11 @@ import { deletedTracks } from '../../model/deleted.js';
 import { trackEntries } from '../../model/track_entries.js';
 import { nextIndex } from '../../model/list_keys.js';
 import { queueCounts, queueOf } from '../../model/queue.js';
+import { modeOf } from '../../modes/index.js';
 import { extendHint } from '../../model/extend_hints.js';
-import { frameCount } from '../../store/actions/review.js';
+import { frameCount, applyTrackClick } from '../../store/actions/review.js';
 import { openTrack } from '../../operations/navigate.js';
-import { handleInMode, showDialog } from '../view_actions.js';
+import { openDialog } from '../../store/actions/page.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { count, percent, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
@@ -25,21 +26,25 @@ import { createQueueRow } from './row.js';
 /** Rows kept above and below the visible ones, so that quick scrolling shows no gap. */
 const SPARE_ROWS = 4;
 
-/** @param {import('../view_actions.js').ViewApp} app */
+/** @param {import('../../page-types.js').ViewApp} app */
 export function createQueue(app) {
   const lifetime = new AbortController();
   const { signal } = lifetime;
-  const filters = createQueueFilters(app, signal);
+  const filters = createQueueFilters(app);
   const leftText = h('strong.queue-left');
   const shownText = h('span.muted.small');
   const deletedButton = h('button.btn.btn-small', {
     hidden: true,
     title: 'List the deleted tracks and restore them',
-    onclick: () => showDialog(app, { kind: 'deleted' }),
+    onclick: () => app.store.dispatch(openDialog, { kind: 'deleted' }),
   });
   const bulkReviewButton = h(
     'button.btn.btn-small',
-    { hidden: true, title: 'Give one verdict to all shown tracks (Shift+A)', onclick: () => showDialog(app, { kind: 'bulk-review' }) },
+    {
+      hidden: true,
+      title: 'Give one verdict to all shown tracks (Shift+A)',
+      onclick: () => app.store.dispatch(openDialog, { kind: 'bulk-review' }),
+    },
     'Bulk review …',
   );
   const nextVideoButton = h(
@@ -83,27 +88,23 @@ export function createQueue(app) {
   let scheduled = 0;
   let needsReveal = true;
 
-  list.addEventListener(
-    'click',
-    (event) => {
-      const row = /** @type {HTMLElement} */ (event.target).closest('[data-key]');
-      if (row instanceof HTMLElement && row.dataset.key && !handleInMode(app, row.dataset.key)) openTrack(app, row.dataset.key);
-    },
-    { signal },
-  );
-  scroller.addEventListener(
-    'keydown',
-    (event) => {
-      const at = order.findIndex((entry) => entry.key === state?.review?.selected);
-      const next = nextIndex(event.key, at, order.length, { page: Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1) });
-      // with Shift or Alt the arrows move or resize the box of the selected track
-      if (next === null || event.shiftKey || event.altKey) return;
-      event.preventDefault();
-      event.stopPropagation();
-      openTrack(app, order[next].key);
-    },
-    { signal },
-  );
+  list.addEventListener('click', (event) => {
+    const row = /** @type {HTMLElement} */ (event.target).closest('[data-key]');
+    const { review } = app.store.get();
+    if (!review || !(row instanceof HTMLElement) || !row.dataset.key) return;
+    // the mode may use the click, for example to mark the track for a merge
+    if (modeOf(review).onTrackClick === null) openTrack(app, row.dataset.key);
+    else app.store.dispatch(applyTrackClick, row.dataset.key);
+  });
+  scroller.addEventListener('keydown', (event) => {
+    const at = order.findIndex((entry) => entry.key === state?.review?.selected);
+    const next = nextIndex(event.key, at, order.length, { page: Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 1) });
+    // with Shift or Alt the arrows move or resize the box of the selected track
+    if (next === null || event.shiftKey || event.altKey) return;
+    event.preventDefault();
+    event.stopPropagation();
+    openTrack(app, order[next].key);
+  });
   scroller.addEventListener('scroll', scheduleDraw, { signal, passive: true });
   const observer = new ResizeObserver(scheduleDraw);
   observer.observe(scroller);
@@ -209,7 +210,6 @@ export function createQueue(app) {
       lifetime.abort();
       observer.disconnect();
       cancelAnimationFrame(scheduled);
-      element.remove();
     },
   };
 }

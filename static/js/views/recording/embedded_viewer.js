@@ -41,10 +41,8 @@ export function createEmbeddedViewer({ version, url, theme, frame, onOpen, onMov
   /** The viewer's frame; null: not known. @type {number|null} */
   let viewerFrame = null;
   let isOpen = false;
-  /** @type {string|null} */
-  let entity = null;
-  /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let timer;
+  /** @type {string|null} */ let entity = null;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */ let timer;
   /** The element that had the focus before. @type {EventTarget|null} */
   let lastFocused = document.activeElement;
   let lastTabTime = -TAB_FOCUS_MS;

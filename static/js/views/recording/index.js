@@ -24,29 +24,22 @@ import { createEmbeddedViewer } from './embedded_viewer.js';
 /** Interval of requests while a recording is being made, ms. */
 const POLL_INTERVAL_MS = 400;
 
-/**
- * @param {import('../../page-types.js').App} app
- * @returns {import('../../page-types.js').View}
- */
+/** @type {import('../../page-types.js').CreateView} */
 export function createRecordingView(app) {
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
   const api = createRecordingApi({ base: app.api.base, signal });
-  /** @type {State|null} */
-  let state = null;
+  /** @type {State|null} */ let state = null;
   /** Id of the run whose recordings are listed. @type {string|null} */
   let run = null;
-  /** @type {Recording[]|null} */
-  let recordings = null;
+  /** @type {Recording[]|null} */ let recordings = null;
   /** The recording that is shown or being made. @type {Recording|null} */
   let current = null;
-  /** @type {import('./embedded_viewer.js').EmbeddedViewer|null} */
-  let viewer = null;
+  /** @type {import('./embedded_viewer.js').EmbeddedViewer|null} */ let viewer = null;
   /** The last selection from the viewer, which is not sent back to it. @type {string|null} */
   let selectedInViewer = null;
-  /** @type {string|null} */
-  let sentSelection = null;
-  /** @type {{frame: number, stop: number}|null} */
+  /** @type {string|null} */ let sentSelection = null;
+  /** The frames of the button that makes a recording. @type {import('./ranges.js').Range|null} */
   let offeredRange = null;
 
   const recordingSelect = h('select.input.recording-choose', {
@@ -104,6 +97,7 @@ export function createRecordingView(app) {
     closeViewer();
     current = null;
     const range = rangeToRecord();
+    offeredRange = range;
     fill(
       body,
       emptyState({
@@ -277,7 +271,6 @@ export function createRecordingView(app) {
     destroy() {
       lifetime.abort();
       closeViewer();
-      element.remove();
     },
   };
 
@@ -289,9 +282,7 @@ export function createRecordingView(app) {
       return;
     }
     const range = rangeToRecord();
-    if (range?.first === offeredRange?.frame && range?.stop === offeredRange?.stop) return;
-    offeredRange = range && { frame: range.first, stop: range.stop };
-    offerRecording();
+    if (range?.first !== offeredRange?.first || range?.stop !== offeredRange?.stop) offerRecording();
   }
 }
 

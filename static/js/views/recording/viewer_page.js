@@ -35,8 +35,7 @@ const HEALTH_CHECK_MS = 1000;
 
 const canvas = /** @type {HTMLCanvasElement} */ (document.getElementById('viewer'));
 const note = /** @type {HTMLElement} */ (document.getElementById('note'));
-/** @type {WebHandle|null} */
-let handle = null;
+/** @type {WebHandle|null} */ let handle = null;
 /** The present timeline; recordings open on this one. */
 let timeline = TIMELINE;
 const sync = createTimeSync();
@@ -130,8 +129,7 @@ async function start(version, theme, url) {
 
 /** @param {string} text   JSON */
 function onViewerEvent(text) {
-  /** @type {any} */
-  let event;
+  /** @type {any} */ let event;
   try {
     event = JSON.parse(text);
   } catch {

@@ -28,23 +28,16 @@ const MODES = [
   { id: 'drive', title: 'Metric drive' },
 ];
 
-/**
- * @param {import('../../page-types.js').App} app
- * @param {{webgl?: () => boolean}} [setup]
- * @returns {import('../../page-types.js').View}
- */
+/** @param {import('../../page-types.js').App} app @param {{webgl?: () => boolean}} [setup] @returns {import('../../page-types.js').View} */
 export function createScene3dView(app, { webgl = hasWebgl } = {}) {
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
   const api = createScene3dApi({ base: app.api.base, signal });
   /** Id of the run that is shown or being opened. @type {string|null} */
   let run = null;
-  /** @type {Space|null} */
-  let scene3d = null;
-  /** @type {Mode} */
-  let mode = 'volume';
-  /** @type {State|null} */
-  let state = null;
+  /** @type {Space|null} */ let scene3d = null;
+  /** @type {Mode} */ let mode = 'volume';
+  /** @type {State|null} */ let state = null;
   /** The last message, so that none is sent twice. */
   let sentKey = '';
   let isSaving = false;
@@ -143,13 +136,9 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
         allow: 'fullscreen',
         referrerpolicy: 'no-referrer',
       });
-      frame.addEventListener(
-        'load',
-        () => {
-          if (run === id && isCoarse(frame)) fill(notice, 'No graphics card is used here, so the scene is coarser and slower.');
-        },
-        { signal },
-      );
+      frame.addEventListener('load', () => {
+        if (run === id && isCoarse(frame)) fill(notice, 'No graphics card is used here, so the scene is coarser and slower.');
+      });
       fill(body, frame);
     } catch (thrown) {
       if (run !== id || signal.aborted) return;
@@ -229,7 +218,6 @@ export function createScene3dView(app, { webgl = hasWebgl } = {}) {
     destroy() {
       lifetime.abort();
       cursorSender.stop();
-      element.remove();
     },
   };
 }

@@ -2,13 +2,14 @@
 /** Actions on the selected tracks: one operation per run, and one undo for all. */
 
 import { errorMessage } from '../../api/errors.js';
-import { openDialog, setRuns } from '../../store/actions/page.js';
+import { openDialog } from '../../store/actions/page.js';
 import { h, setText } from '../dom.js';
 import { count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { authorName } from '../../core/preferences.js';
 import { toast } from '../../core/toast.js';
 import { randomId } from '../../core/random_id.js';
+import { loadMissingRuns } from '../load_runs.js';
 
 /** @typedef {import('../../types.js').FoundTrack} FoundTrack */
 /** @typedef {import('../../api/search.js').TrackAction} TrackAction */
@@ -109,8 +110,7 @@ export function createSearchActions(app, { selected, onChange, repeatSearch, ope
         data: {
           title: `Label of ${plural(tracks.length, 'track')}`,
           labels,
-          take: (/** @type {import('../../types.js').Label} */ label) =>
-            void applyAction({ type: 'relabel', label: label.key }, `Relabelled ${label.name}`),
+          take: (label) => void applyAction({ type: 'relabel', label: label.key }, `Relabelled ${label.name}`),
         },
       });
     } catch (thrown) {
@@ -129,8 +129,7 @@ export function createSearchActions(app, { selected, onChange, repeatSearch, ope
   async function exportSelected() {
     const found = selected();
     if (found.length === 0) return;
-    /** @type {Record<string, string[]>} */
-    const tracks = {};
+    /** @type {Record<string, string[]>} */ const tracks = {};
     for (const { run, key } of found) (tracks[run] ??= []).push(key);
     const videos = new Map(found.map(({ run, video }) => [run, video]));
     if (new Set(videos.values()).size < videos.size) {
@@ -142,13 +141,7 @@ export function createSearchActions(app, { selected, onChange, repeatSearch, ope
     }
     try {
       // the dialog lists only runs of known videos
-      for (const video of videos.values()) {
-        if (!store.get().runs[video])
-          await app.load(
-            () => api.runs(video, { signal }),
-            (state, runs) => setRuns(state, video, runs),
-          );
-      }
+      for (const video of videos.values()) await loadMissingRuns(app, video, { signal });
     } catch (thrown) {
       if (!signal.aborted) toast(errorMessage(thrown), { tone: 'bad', topic: 'search' });
       return;
@@ -157,68 +150,35 @@ export function createSearchActions(app, { selected, onChange, repeatSearch, ope
   }
 
   const areAllIgnored = () => selected().length > 0 && selected().every(({ state }) => state === 'ignored');
-  /** @type {{key: string, label: string, title: string, icon: import('../icons.js').IconName, run: () => void, free?: boolean}[]} */
+  const toggleIgnored = () =>
+    void (areAllIgnored()
+      ? applyAction({ type: 'ignore', value: false }, 'Counted again')
+      : applyAction({ type: 'ignore', value: true }, 'Ignored'));
+  /** @param {'accepted'|'rejected'|'needs_work'} review @param {string} description */
+  const judge = (review, description) => void applyAction({ type: 'judge', review }, description);
+  /** Key, name, tooltip, icon and effect. @type {[key: string, label: string, title: string, icon: import('../icons.js').IconName, run: () => void][]} */
   const commands = [
-    {
-      key: 'A',
-      label: 'Accept',
-      title: 'Accept the selected tracks (A)',
-      icon: 'accept',
-      run: () => void applyAction({ type: 'judge', review: 'accepted' }, 'Accepted'),
-    },
-    {
-      key: 'X',
-      label: 'False positive',
-      title: 'The selected tracks are not signs (X)',
-      icon: 'reject',
-      run: () => void applyAction({ type: 'judge', review: 'rejected' }, 'False positives'),
-    },
-    {
-      key: 'W',
-      label: 'Needs work',
-      title: 'The selected tracks need work (W)',
-      icon: 'needs_work',
-      run: () => void applyAction({ type: 'judge', review: 'needs_work' }, 'Needs work'),
-    },
-    {
-      key: 'I',
-      label: 'Ignore',
-      title: 'Ignore the selected tracks, or count them again (I)',
-      icon: 'ignore',
-      run: () =>
-        void (areAllIgnored()
-          ? applyAction({ type: 'ignore', value: false }, 'Counted again')
-          : applyAction({ type: 'ignore', value: true }, 'Ignored')),
-    },
-    { key: 'L', label: 'Relabel', title: 'Give the selected tracks a label (L)', icon: 'label', run: () => void relabel() },
-    { key: 'T', label: 'Tags', title: 'Tags of the videos of the selected tracks (T)', icon: 'note', run: tag },
-    { key: 'E', label: 'Export', title: 'Export only the selected tracks (E)', icon: 'export', run: () => void exportSelected() },
-    { key: 'Enter', label: 'Open', title: 'Open the track at its frame (Enter)', icon: 'forward', run: openTrack },
-    {
-      key: 'Ctrl+A',
-      label: 'All',
-      title: 'Select all found tracks (Ctrl+A); deselect all (Esc)',
-      icon: 'select',
-      run: selectAll,
-      free: true,
-    },
-    { key: 'Ctrl+Z', label: 'Undo', title: 'Undo the last action here (Ctrl+Z)', icon: 'undo', run: () => void undo(), free: true },
+    ['A', 'Accept', 'Accept the selected tracks (A)', 'accept', () => judge('accepted', 'Accepted')],
+    ['X', 'False positive', 'The selected tracks are not signs (X)', 'reject', () => judge('rejected', 'False positives')],
+    ['W', 'Needs work', 'The selected tracks need work (W)', 'needs_work', () => judge('needs_work', 'Needs work')],
+    ['I', 'Ignore', 'Ignore the selected tracks, or count them again (I)', 'ignore', toggleIgnored],
+    ['L', 'Relabel', 'Give the selected tracks a label (L)', 'label', () => void relabel()],
+    ['T', 'Tags', 'Tags of the videos of the selected tracks (T)', 'note', tag],
+    ['E', 'Export', 'Export only the selected tracks (E)', 'export', () => void exportSelected()],
+    ['Enter', 'Open', 'Open the track at its frame (Enter)', 'forward', openTrack],
+    ['Ctrl+A', 'All', 'Select all found tracks (Ctrl+A); deselect all (Esc)', 'select', selectAll],
+    ['Ctrl+Z', 'Undo', 'Undo the last action here (Ctrl+Z)', 'undo', () => void undo()],
   ];
-  const buttons = commands.map((command) =>
-    h(
-      'button.btn',
-      { title: command.title, 'aria-label': command.label, onclick: command.run },
-      icon(command.icon),
-      h('span.search-act', command.label),
-    ),
+  const buttons = commands.map(([, label, title, name, run]) =>
+    h('button.btn', { title, 'aria-label': label, onclick: run }, icon(name), h('span.search-act', label)),
   );
   const element = h('div.search-actions', { role: 'toolbar', 'aria-label': 'Selected tracks' }, ...buttons);
 
   /** @param {number} number   number of selected tracks */
   function show(number) {
-    commands.forEach((command, i) => {
-      buttons[i].disabled = busy || (command.label === 'Undo' ? undoStack.length === 0 : !command.free && number === 0);
-      if (command.key === 'I') setText(/** @type {Element} */ (buttons[i].lastElementChild), areAllIgnored() ? 'Count again' : 'Ignore');
+    commands.forEach(([key], i) => {
+      buttons[i].disabled = busy || (key === 'Ctrl+Z' ? undoStack.length === 0 : key !== 'Ctrl+A' && number === 0);
+      if (key === 'I') setText(/** @type {Element} */ (buttons[i].lastElementChild), areAllIgnored() ? 'Count again' : 'Ignore');
     });
   }
   show(0);
@@ -235,9 +195,9 @@ export function createSearchActions(app, { selected, onChange, repeatSearch, ope
         return true;
       }
       const name = `${control ? 'Ctrl+' : ''}${event.key.length === 1 ? event.key.toUpperCase() : event.key}`;
-      const at = commands.findIndex(({ key }) => key === name && key !== 'Enter');
+      const at = commands.findIndex(([key]) => key === name && key !== 'Enter');
       if (at < 0) return false;
-      if (!buttons[at].disabled) commands[at].run();
+      if (!buttons[at].disabled) commands[at][4]();
       else if (!busy && name !== 'Ctrl+Z') toast('Select tracks first: click one, or Space.', { topic: 'search' });
       return true;
     },

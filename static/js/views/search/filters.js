@@ -2,24 +2,41 @@
 /** The filters of the search: one row, and a second one for rarer filters. */
 
 import { hasSecondaryFilter } from '../../model/search.js';
-import { fill, h, setAttribute } from '../dom.js';
+import { fill, h, selectInput, setAttribute } from '../dom.js';
 import { icon } from '../icons.js';
 
 /** @typedef {import('../../model/search.js').SearchFilters} SearchFilters */
 
+/** How a field shows a filter and sets it. @typedef {{read: (filters: SearchFilters) => string, write: (text: string) => Partial<SearchFilters>}} Codec */
+
 /** Pause in typing before a search, ms. */
 const TYPING_DELAY_MS = 350;
 
-/**
- * @param {object} setup
- * @param {(filters: SearchFilters) => void} setup.onChange
- * @param {AbortSignal} setup.signal
- */
+/** @param {'text'|'video'|'size_min'|'size_max'|'runs'} key @returns {Codec} */
+const word = (key) => ({ read: (filters) => filters[key], write: (text) => ({ [key]: text.trim() }) });
+
+/** Several words, with ; between. @param {'label'|'attribute'|'author'|'tag'} key @returns {Codec} */
+const list = (key) => ({
+  read: (filters) => filters[key].join('; '),
+  write(text) {
+    const words = text.split(';').map((one) => one.trim());
+    return { [key]: words.filter(Boolean) };
+  },
+});
+
+/** A share that is shown as a percentage. @param {'uncertainty_min'|'uncertainty_max'} key @returns {Codec} */
+const share = (key) => ({
+  read: ({ [key]: value }) => (value === '' ? '' : String(Number((Number(value) * 100).toFixed(4)))),
+  write: (text) => ({ [key]: text.trim() === '' ? '' : String(Number((Number(text) / 100).toFixed(6))) }),
+});
+
+/** @param {'since'|'until'} key @returns {Codec} */
+const day = (key) => ({ read: (filters) => filters[key].slice(0, 10), write: (text) => ({ [key]: text }) });
+
+/** @param {object} setup @param {(filters: SearchFilters) => void} setup.onChange @param {AbortSignal} setup.signal */
 export function createSearchFilters({ onChange, signal }) {
-  /** @type {SearchFilters|null} */
-  let current = null;
-  /** @type {ReturnType<typeof setTimeout>|undefined} */
-  let timer;
+  /** @type {SearchFilters|null} */ let current = null;
+  /** @type {ReturnType<typeof setTimeout>|undefined} */ let timer;
   signal.addEventListener('abort', () => clearTimeout(timer), { once: true });
 
   /** @param {Partial<SearchFilters>} part */
@@ -31,13 +48,8 @@ export function createSearchFilters({ onChange, signal }) {
   /** @type {(() => void)[]} functions that show the filters again */
   const refreshers = [];
 
-  /**
-   * @param {string} name
-   * @param {Record<string, unknown>} props
-   * @param {(filters: SearchFilters) => string} read
-   * @param {(text: string) => Partial<SearchFilters>} write
-   */
-  function input(name, props, read, write) {
+  /** @param {string} name @param {Record<string, unknown>} props @param {Codec} codec */
+  function input(name, props, { read, write }) {
     const field = h('input.input', { type: 'text', autocomplete: 'off', 'aria-label': name, ...props });
     // a half-typed name is not searched for
     const onInput = () => {
@@ -52,24 +64,9 @@ export function createSearchFilters({ onChange, signal }) {
     return field;
   }
 
-  /** @param {string} text */
-  const splitList = (text) =>
-    text
-      .split(';')
-      .map((word) => word.trim())
-      .filter(Boolean);
-  /** @param {string} share */
-  const toPercent = (share) => (share === '' ? '' : String(Number((Number(share) * 100).toFixed(4))));
-  /** @param {string} text */
-  const fromPercent = (text) => (text.trim() === '' ? '' : String(Number((Number(text) / 100).toFixed(6))));
-
-  /** @param {string} name @param {[string, string][]} options @param {(filters: SearchFilters) => string} read @param {(value: string) => Partial<SearchFilters>} write */
-  function choice(name, options, read, write) {
-    const field = h(
-      'select.select',
-      { 'aria-label': name, title: name, onchange: () => applyChange(write(field.value)) },
-      options.map(([value, text]) => h('option', { value }, text)),
-    );
+  /** @param {string} name @param {readonly (readonly [string, string])[]} options @param {Codec} codec */
+  function choice(name, options, { read, write }) {
+    const field = selectInput({ 'aria-label': name, title: name, onchange: () => applyChange(write(field.value)) }, options);
     refreshers.push(() => {
       if (!current) return;
       const value = read(current);
@@ -89,8 +86,7 @@ export function createSearchFilters({ onChange, signal }) {
       dataset: { whole: '1' },
       title: 'Name or words of it, key, alias, short name, or #number; several with ; between; none: without a label',
     },
-    (f) => f.label.join('; '),
-    (text) => ({ label: splitList(text) }),
+    list('label'),
   );
   const state = choice(
     'State',
@@ -103,85 +99,52 @@ export function createSearchFilters({ onChange, signal }) {
       ['rejected', 'False positive'],
       ['ignored', 'Ignored'],
     ],
-    (f) => f.state.join(' '),
-    (value) => ({ state: value === '' ? [] : value.split(' ') }),
+    { read: (filters) => filters.state.join(' '), write: (value) => ({ state: value === '' ? [] : value.split(' ') }) },
   );
   const percent = { type: 'number', min: 0, max: 100, step: 'any', inputmode: 'decimal' };
   const minUncertainty = input(
     'Uncertainty from, %',
     { ...percent, placeholder: '0', title: 'Probability that a person changes the track, %. Less than 70 % certain means 30 or more' },
-    (f) => toPercent(f.uncertainty_min),
-    (text) => ({ uncertainty_min: fromPercent(text) }),
+    share('uncertainty_min'),
   );
   const maxUncertainty = input(
     'Uncertainty to, %',
     { ...percent, placeholder: '100', title: 'Probability that a person changes the track, %' },
-    (f) => toPercent(f.uncertainty_max),
-    (text) => ({ uncertainty_max: fromPercent(text) }),
+    share('uncertainty_max'),
   );
   const pixels = { type: 'number', min: 0, step: 'any', inputmode: 'decimal' };
   const minSize = input(
     'Smallest size, px',
     { ...pixels, placeholder: 'any', title: 'Longer side of its largest box, px' },
-    (f) => f.size_min,
-    (text) => ({ size_min: text.trim() }),
+    word('size_min'),
   );
   const maxSize = input(
     'Largest size, px',
     { ...pixels, placeholder: 'any', title: 'Longer side of its largest box, px' },
-    (f) => f.size_max,
-    (text) => ({ size_max: text.trim() }),
+    word('size_max'),
   );
-  const text = input(
-    'Words of notes',
-    { type: 'search', placeholder: 'Words of notes' },
-    (f) => f.text,
-    (value) => ({ text: value.trim() }),
-  );
+  const text = input('Words of notes', { type: 'search', placeholder: 'Words of notes' }, word('text'));
   const attribute = input(
     'Attribute',
     { placeholder: 'name=answer', title: 'Such as dirty=yes, or dirty alone; separate several with ; (all must hold)' },
-    (f) => f.attribute.join('; '),
-    (value) => ({ attribute: splitList(value) }),
+    list('attribute'),
   );
   const author = input(
     'Edited last by',
     { placeholder: 'anybody', title: 'The name under Preferences; several with ; between' },
-    (f) => f.author.join('; '),
-    (value) => ({ author: splitList(value) }),
+    list('author'),
   );
-  const since = input(
-    'Edited since',
-    { type: 'date', title: 'Last edit on this day (UTC) or later' },
-    (f) => f.since.slice(0, 10),
-    (value) => ({ since: value }),
-  );
-  const until = input(
-    'Edited until',
-    { type: 'date', title: 'Last edit on this day (UTC) or earlier' },
-    (f) => f.until.slice(0, 10),
-    (value) => ({ until: value }),
-  );
-  const tag = input(
-    'Tag',
-    { placeholder: 'any', list: 'search-tags', title: 'Of the video; several with ; between' },
-    (f) => f.tag.join('; '),
-    (value) => ({ tag: splitList(value) }),
-  );
-  const video = input(
-    'Video',
-    { placeholder: 'any', title: 'Words of its name' },
-    (f) => f.video,
-    (value) => ({ video: value.trim() }),
-  );
+  const since = input('Edited since', { type: 'date', title: 'Last edit on this day (UTC) or later' }, day('since'));
+  const until = input('Edited until', { type: 'date', title: 'Last edit on this day (UTC) or earlier' }, day('until'));
+  const tag = input('Tag', { placeholder: 'any', list: 'search-tags', title: 'Of the video; several with ; between' }, list('tag'));
+  const video = input('Video', { placeholder: 'any', title: 'Words of its name' }, word('video'));
   const runs = choice(
     'Runs',
     [
       ['current', 'Newest run'],
       ['all', 'All runs'],
     ],
-    (f) => f.runs,
-    (value) => ({ runs: value }),
+    word('runs'),
   );
   const sort = choice(
     'Order',
@@ -193,8 +156,7 @@ export function createSearchFilters({ onChange, signal }) {
       ['edited desc', 'Newest edit first'],
       ['edited asc', 'Oldest edit first'],
     ],
-    (f) => `${f.sort} ${f.order}`,
-    (value) => ({ sort: value.split(' ')[0], order: value.split(' ')[1] }),
+    { read: ({ sort, order }) => `${sort} ${order}`, write: (value) => ({ sort: value.split(' ')[0], order: value.split(' ')[1] }) },
   );
   const moreButton = h(
     'button.btn',

@@ -64,47 +64,35 @@ export function createTrackGrid({ picture, onSelect, onMoveCursor, onOpen, onNea
     { signal, passive: true },
   );
 
-  element.addEventListener(
-    'click',
-    (event) => {
-      const index = indexOf(event.target);
-      if (index !== null)
-        onSelect(
-          index,
-          event.shiftKey
-            ? 'range'
-            : event.ctrlKey || event.metaKey || (event.target instanceof Element && event.target.closest('.found-tick'))
-              ? 'toggle'
-              : 'only',
-        );
-    },
-    { signal },
-  );
-  element.addEventListener(
-    'dblclick',
-    (event) => {
-      const index = indexOf(event.target);
-      if (index !== null) onOpen(index);
-    },
-    { signal },
-  );
-  element.addEventListener(
-    'keydown',
-    (event) => {
-      const name = event.key;
-      const next = event.altKey ? null : nextIndex(name, cursor, tracks.length, { columns, page: Math.max(1, rows - 1) });
-      if (next !== null) {
-        if (event.shiftKey) onSelect(next, 'range');
-        else if (event.ctrlKey || event.metaKey) onMoveCursor(next);
-        else onSelect(next, 'only');
-      } else if (name === ' ' && tracks.length > 0) onSelect(cursor, 'toggle');
-      else if (name === 'Enter' && tracks[cursor]) onOpen(cursor);
-      else return;
-      event.preventDefault();
-      event.stopPropagation();
-    },
-    { signal },
-  );
+  element.addEventListener('click', (event) => {
+    const index = indexOf(event.target);
+    if (index !== null)
+      onSelect(
+        index,
+        event.shiftKey
+          ? 'range'
+          : event.ctrlKey || event.metaKey || (event.target instanceof Element && event.target.closest('.found-tick'))
+            ? 'toggle'
+            : 'only',
+      );
+  });
+  element.addEventListener('dblclick', (event) => {
+    const index = indexOf(event.target);
+    if (index !== null) onOpen(index);
+  });
+  element.addEventListener('keydown', (event) => {
+    const name = event.key;
+    const next = event.altKey ? null : nextIndex(name, cursor, tracks.length, { columns, page: Math.max(1, rows - 1) });
+    if (next !== null) {
+      if (event.shiftKey) onSelect(next, 'range');
+      else if (event.ctrlKey || event.metaKey) onMoveCursor(next);
+      else onSelect(next, 'only');
+    } else if (name === ' ' && tracks.length > 0) onSelect(cursor, 'toggle');
+    else if (name === 'Enter' && tracks[cursor]) onOpen(cursor);
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  });
 
   /** @param {EventTarget|null} target */
   function indexOf(target) {

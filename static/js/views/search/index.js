@@ -30,10 +30,7 @@ const RETRY_DELAY_MS = 2000;
 /** The user's place, to return to after a review. @type {WeakMap<object, {query: string, count: number, top: number, cursor: number, selected: ReadonlySet<string>}>} */
 const savedStates = new WeakMap();
 
-/**
- * @param {import('../../page-types.js').App} app
- * @returns {import('../../page-types.js').View}
- */
+/** @type {import('../../page-types.js').CreateView} */
 export function createSearch(app) {
   const { store, api } = app;
   const lifetime = new AbortController();
@@ -103,16 +100,12 @@ export function createSearch(app) {
     note,
     h('div.search-body', grid.element, notice),
   );
-  element.addEventListener(
-    'keydown',
-    (event) => {
-      if (event.target instanceof Element && event.target.closest('input, select')) return;
-      if (!actions.key(event)) return;
-      event.preventDefault();
-      event.stopPropagation();
-    },
-    { signal },
-  );
+  element.addEventListener('keydown', (event) => {
+    if (event.target instanceof Element && event.target.closest('input, select')) return;
+    if (!actions.key(event)) return;
+    event.preventDefault();
+    event.stopPropagation();
+  });
 
   /** @param {number} index */
   function openTrack(index) {
@@ -304,7 +297,6 @@ export function createSearch(app) {
     destroy() {
       savedStates.set(app, { query: query ?? '', count: tracks.length, top: grid.top(), cursor, selected });
       lifetime.abort();
-      element.remove();
     },
   };
 }

@@ -1,0 +1,279 @@
+"""Single views without a server: answers that come late or fail, double clicks, and names that change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+pytest.importorskip("playwright.sync_api")
+
+from playwright.sync_api import Browser, Page, Route
+
+FILES = Path(__file__).parents[2]
+"""The folder with ``static``."""
+
+PARTS = """
+const load = (module) => import(`/static/js/views/${module}`);
+const { signal } = new AbortController();
+/** Until all answers that are there have been shown. */
+const settle = () => new Promise((resolve) => setTimeout(resolve, 50));
+/** A request whose answer the test chooses later. */
+const later = () => Promise.withResolvers();
+const buttonOf = (root, text) => [...root.querySelectorAll('button')].find((one) => one.textContent.includes(text));
+/** An app with a state; `dispatched` holds the arguments of its actions. */
+const stub = (state, api, more = {}) => {
+  const dispatched = [];
+  const store = { get: () => state, dispatch: (_, ...args) => dispatched.push(...args) };
+  return { store, api, signal, dispatched, load: async (request) => request(), ...more };
+};
+const session = { person: { name: 'Rolf', role: 'reviewer' } };
+const worker = (name) => ({ name, role: 'annotator', decided: 1, rejected: 0, hours: 1, assigned: 0, in_review: 0 });
+const change = { author: 'Anna', time: '2026-11-21T06:00:00Z', name: 'set_review', frame: null, differences: [] };
+const inspected = (key) => ({ entry: { key }, doc: { revision: 1 }, review: { run: { id: 'r' }, unsaved: [] } });
+"""
+
+
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    """An empty page that can import the modules of the page."""
+    page = browser.new_page()
+    page.route("**/*", answer)
+    page.goto("http://localhost/")
+    yield page
+    page.close()
+
+
+def answer(route: Route) -> None:
+    """Answer a request by a file, and others by an empty page."""
+    file = FILES / urlsplit(route.request.url).path.lstrip("/")
+    if file.is_file():
+        route.fulfill(path=file)
+    else:
+        route.fulfill(body="<!doctype html>", content_type="text/html")
+
+
+def result(page: Page, body: str) -> Any:
+    """What a function with this body returns in the page."""
+    return page.evaluate(f"async () => {{ {PARTS} {body} }}")
+
+
+def test_a_double_click_shows_earlier_work_once(page: Page) -> None:
+    team = """
+    const { createTeam } = await load('team.js');
+    const video = { video_id: 'v', run_id: 'r', video_name: '' };
+    const done = { ...video, time: '', name: 'set_review', count: 2, tracks: [], frame: 0 };
+    const activity = async (name, cursor) => ({ worker: worker(name), done: [done], more: cursor === null ? 5 : null });
+    const view = createTeam(stub({ session }, { activity }));
+    view.update({ route: { screen: 'team', person: 'Anna' }, session });
+    await settle();
+    for (const _ of [1, 2]) buttonOf(view.element, 'Show earlier').click();
+    await settle();
+    return view.element.querySelectorAll('.activity li').length;"""
+    assert result(page, team) == 2
+    history = """
+    const { createHistory } = await load('inspector/history.js');
+    const trackHistory = async (run, key, cursor) => ({ happened: [change], more: cursor === null ? 5 : null });
+    const view = createHistory(stub({ labels: [] }, { trackHistory }), signal);
+    document.body.append(view.element);
+    view.element.open = true;
+    view.update(inspected('m1'));
+    await settle();
+    for (const _ of [1, 2]) buttonOf(view.element, 'Show earlier').click();
+    await settle();
+    view.element.remove();
+    return view.element.querySelectorAll('li').length;"""
+    assert result(page, history) == 2
+
+
+def test_a_double_click_gives_one_second_opinion(page: Page) -> None:
+    body = """
+    const { createSecondOpinionForm } = await load('second_opinion.js');
+    const look = { id: 'l', box: [0, 0, 9, 9], labels: [], video_name: '', frame: 0, run_id: 'r' };
+    const answered = [];
+    const form = createSecondOpinionForm(stub({}, {
+      nextSecondOpinion: async () => ({ look, left: 2 }),
+      answerSecondOpinion: async (id) => answered.push(id),
+      searchCropUrl: () => null,
+    }), signal);
+    await settle();
+    const button = buttonOf(form, 'No sign');
+    for (const _ of [1, 2]) button.click();
+    await settle();
+    return answered.length;"""
+    assert result(page, body) == 1
+
+
+def test_a_late_answer_about_another_person_is_not_shown(page: Page) -> None:
+    body = """
+    const { createTeam } = await load('team.js');
+    const requests = { Anna: later(), Bert: later() };
+    const view = createTeam(stub({ session }, { activity: (name) => requests[name].promise }));
+    for (const person of ['Anna', 'Bert']) view.update({ route: { screen: 'team', person }, session });
+    for (const name of ['Bert', 'Anna']) {
+      requests[name].resolve({ worker: worker(name), done: [], more: null });
+      await settle();
+    }
+    return view.element.querySelector('h1').textContent;"""
+    assert result(page, body) == "Bert"
+
+
+def test_the_history_of_another_track_does_not_stay(page: Page) -> None:
+    body = """
+    const { createHistory } = await load('inspector/history.js');
+    const trackHistory = async (run, key) => {
+      if (key === 'm2') throw new Error('unreachable');
+      return { happened: [change], more: null };
+    };
+    const view = createHistory(stub({ labels: [] }, { trackHistory }), signal);
+    document.body.append(view.element);
+    view.element.open = true;
+    const shown = [];
+    for (const key of ['m1', 'm2']) {
+      view.update(inspected(key));
+      await settle();
+      shown.push(view.element.querySelectorAll('li').length);
+    }
+    view.element.remove();
+    return shown;"""
+    assert result(page, body) == [1, 0]
+
+
+def test_a_refusal_after_the_end_of_its_dialog_is_shown(page: Page) -> None:
+    body = """
+    const { confirmDialog } = await load('dialogs/confirm.js');
+    const [end, request, told] = [new AbortController(), later(), []];
+    document.addEventListener('tsr-toast', ({ detail }) => told.push(detail), { once: true });
+    const data = { title: '', text: '', confirm: 'Remove', run: () => request.promise };
+    const { footer } = confirmDialog({ data, close: () => {}, signal: end.signal });
+    footer[1].click();
+    end.abort();
+    const { ApiError } = await import('/static/js/api/errors.js');
+    request.reject(new ApiError(409, 'busy', 'A run is in progress.'));
+    await settle();
+    return told.map(({ text, tone }) => [text, tone]);"""
+    assert result(page, body) == [["A run is in progress.", "bad"]]
+
+
+def test_the_folder_that_was_opened_last_is_shown(page: Page) -> None:
+    body = """
+    const { addVideoDialog } = await load('dialogs/add_video.js');
+    const requests = { null: later(), '/slow': later(), '/fast': later() };
+    const app = stub({ session: { roots: ['/slow', '/fast'] } }, { browse: (path) => requests[path].promise });
+    const { body } = addVideoDialog({ app, close: () => {}, signal });
+    for (const name of ['slow', 'fast']) buttonOf(body, name).click();
+    for (const path of ['/fast', '/slow', 'null']) {
+      const videos = [{ name: `${path}.mp4`, path, size: 1 }];
+      requests[path].resolve({ path, parent: null, folders: [], videos, truncated: false });
+      await settle();
+    }
+    return body.querySelector('[data-path]').dataset.path;"""
+    assert result(page, body) == "/fast"
+
+
+def test_a_view_beside_the_picture_that_is_opened_again_exists_once(page: Page) -> None:
+    body = """
+    const { createViewerPanel } = await load('viewer_panel.js');
+    const signals = [];
+    const add = window.addEventListener;
+    window.addEventListener = (type, listener, options) => {
+      if (type === 'tsr:scene3d') signals.push(options.signal);
+      add.call(window, type, listener, options);
+    };
+    const panel = createViewerPanel(stub({ review: null }, { base: '/api' }), () => {});
+    for (const beside of ['scene3d', null, 'scene3d']) panel.update({ review: { beside } });
+    while (signals.length < 2) await settle();
+    window.addEventListener = add;
+    return [signals.length, signals.filter(({ aborted }) => !aborted).length];"""
+    assert result(page, body) == [2, 1]
+
+
+def test_the_offer_to_record_names_the_frames_that_it_records(page: Page) -> None:
+    body = """
+    const { createRecordingView } = await load('recording/index.js');
+    const { fetch } = globalThis;
+    globalThis.fetch = async () => new Response('{"outputs": []}', { headers: { 'Content-Type': 'application/json' } });
+    const view = createRecordingView(stub({}, { base: '/api' }));
+    globalThis.fetch = fetch;
+    const shown = [];
+    for (const [id, frame] of [['a', 500], ['a', 10], ['b', 500], ['b', 10]]) {
+      view.update({ outputs: null, review: { frame, selected: null, run: { id, first: 0, frames_done: 1000 } } });
+      await settle();
+      shown.push(view.element.querySelector('.empty-actions').textContent);
+    }
+    return shown;"""
+    assert result(page, body) == ["Record frames 350 to 649", "Record frames 0 to 299"] * 2
+
+
+def test_a_list_without_files_names_the_chosen_kind(page: Page) -> None:
+    body = """
+    const { createFiles } = await load('files.js');
+    const state = { outputs: [], videos: [], runs: {} };
+    const view = createFiles(stub(state, { outputs: async () => [] }));
+    view.update(state);
+    const kinds = view.element.querySelector('select');
+    return ['export', 'recording', ''].map((kind) => {
+      kinds.value = kind;
+      kinds.dispatchEvent(new Event('change'));
+      return view.element.querySelector('h2').textContent;
+    });"""
+    assert result(page, body) == ["No exports yet", "No recordings yet", "No files yet"]
+
+
+def test_a_renamed_run_has_its_new_name_everywhere(page: Page) -> None:
+    body = """
+    const { createRunItem, updateRunItem } = await load('dialogs/run_item.js');
+    const run = { id: 'r', video_id: 'v', name: 'old', kind: 'engine', state: 'complete', first: 0, stop: null };
+    const renamed = { ...run, name: 'fresh', parameters: {}, models: {}, summary: {}, frames_done: 1 };
+    const app = stub({ runs: { v: [renamed] }, review: null, models: null }, {});
+    const item = createRunItem({ app, close: () => {}, signal }, run);
+    updateRunItem({ app }, item, { run: renamed, isWhatIf: false, whatifs: 1 });
+    for (const name of ['whatifs', 'remove']) item.querySelector(`.run-${name}`).click();
+    const labels = ['rename', 'remove', 'new-name'].map((name) => item.querySelector(`.run-${name}`).ariaLabel);
+    return [...labels, ...app.dispatched.map(({ data }) => data.text)].map((text) => /old|fresh/.exec(text)[0]);"""
+    assert result(page, body) == ["fresh"] * 5
+
+
+def test_deleting_a_ground_truth_leaves_the_shown_one(page: Page) -> None:
+    body = """
+    const { groundTruthsDialog } = await load('dialogs/ground_truths.js');
+    const groundTruths = ['shown', 'other'].map((id) => ({ id, name: id, count: 1 }));
+    const calls = [];
+    const app = stub({ review: { video: { id: 'v' }, truthId: 'shown' } }, {
+      groundTruths: async () => groundTruths,
+      removeTruth: async () => {},
+    }, { loader: { showTruth: (id) => calls.push(id) } });
+    const { body } = groundTruthsDialog({ app, data: { video: 'v' }, close: () => {}, signal });
+    await settle();
+    for (const name of ['other', 'shown']) body.querySelector(`[aria-label="Delete ${name}"]`).click();
+    for (const { data } of app.dispatched) {
+      await data.run();
+      calls.push(data.text.split(' ')[0]);
+    }
+    return calls;"""
+    assert result(page, body) == ["other", None, "shown"]
+
+
+def test_a_comparison_uses_the_labels_of_its_video(page: Page) -> None:
+    body = """
+    const { createCompare } = await load('compare.js');
+    const label = (name) => ({ id: 3, key: name, name, picture: null, merged_into: null, hidden: false });
+    const places = { frames: [0], lasts: [0], tracks: ['m1'], partners: [null], pairs: [] };
+    const cell = { reference: 3, candidate: 3, count: 1, ...places };
+    const side = (name) => ({ name, kind: 'run', tracks: 1, boxes: 1, names: {}, edited: false });
+    const compare = async (reference, candidate) => ({
+      reference, candidate, video_id: 'v', first: 0, last: 9, figures: {},
+      sides: { reference: side('a'), candidate: side('b') },
+      confusion: { classes: [3], cells: [cell], words: {} },
+    });
+    const labels = async (video) => [label(video === 'v' ? 'moose' : 'other')];
+    const route = { screen: 'compare', a: 'run:a', b: 'run:b' };
+    const state = { labels: [label('kangaroo')], runs: { v: [] }, models: null, videos: [], route };
+    const view = createCompare(stub(state, { compare, labels }));
+    view.update(state);
+    await settle();
+    return view.element.querySelector('.matrix-head').textContent;"""
+    assert result(page, body) == "moose"
