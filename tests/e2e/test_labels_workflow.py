@@ -85,7 +85,7 @@ def test_a_label_is_added_while_relabelling_and_is_offered_first_the_next_time(
     label = _label(review, "no parking")
     assert now["docs"][key]["class_id"] == label["id"] == review.documents()[key]["class_id"]
     assert label["key"] == "no-parking"
-    open_label_dialog(page, 1)
+    other = open_label_dialog(page, 1)
     options = page.locator(OPTION)
     expect(options.nth(1)).to_contain_text("no parking")  # after the track's current label
     for typed, first in (("NO_PARK", "no parking"), (f"#{label['id']}", "no parking"), ("yield", "give way")):
@@ -93,7 +93,12 @@ def test_a_label_is_added_while_relabelling_and_is_offered_first_the_next_time(
         expect(options.first).to_contain_text(first)
     page.locator(FIELD).fill("50")
     expect(options.first).to_contain_text("speed limit 50 km/h")
-    page.keyboard.press("Escape")
+    # Ctrl+Enter that finds no label does not make a later click accept the track
+    page.locator(FIELD).fill("#999")
+    page.keyboard.press("Control+Enter")
+    page.locator(FIELD).fill("50")
+    now = edit_and_save(page, lambda: options.first.click())
+    assert (now["docs"][other]["class_id"], now["docs"][other]["review"]) == (2, "open")
     wait_until_no_dialog(page)
     history = review.server.call("GET", f"/label-sets/{SET}/history")
     assert (history[0]["author"], "no parking" in history[0]["sentence"]) == ("Anna", True)

@@ -8,7 +8,7 @@ import { labelFinder } from '../../model/label_finder.js';
 import { labelName, offeredLabels, resolveLabelId } from '../../model/labels.js';
 import { documentLane, lastVotes } from '../../model/track_lane.js';
 import { trackName } from '../../model/track_name.js';
-import { createTrack as createTrack } from '../../operations/place_box.js';
+import { createTrack } from '../../operations/place_box.js';
 import { followDrawn } from '../../operations/follow.js';
 import { labelSetKey } from '../../editing/label_sets.js';
 import { judge } from '../../operations/verdicts.js';
@@ -216,6 +216,8 @@ export function relabelDialog({ app, data, close, signal }) {
     },
     { capture: true },
   );
+  // a click takes the label only, also after a Ctrl+Enter that found none
+  picker.list.addEventListener('click', () => (acceptsTrack = false), { capture: true });
   picker.search.addEventListener('keydown', (event) => {
     if (event.altKey && event.key.toLowerCase() === 'b') {
       event.preventDefault();
