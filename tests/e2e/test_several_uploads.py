@@ -110,3 +110,19 @@ def test_dropped_files_have_a_row_each_and_one_that_waits_can_be_taken_back(page
         ).to_be_visible()
     sent = page.evaluate("() => performance.getEntriesByType('resource').map(({name}) => name)")
     assert not any("part%201" in address for address in sent), "what was taken back is never sent"
+
+
+def test_an_upload_goes_on_while_another_screen_is_open(page: Page) -> None:
+    gate = UploadGate(page)
+    page.evaluate(
+        DROP, [{"name": f"away {at}.mp4", "text": f"no video, sent from another screen {at}"} for at in (0, 1)]
+    )
+    wait_for_progress(page, "away 1.mp4")
+    page.evaluate("() => { location.hash = '#/files'; }")
+    expect(page.get_by_role("heading", name="Files", exact=True)).to_be_visible()
+    gate.let_go()
+    for at in (0, 1):
+        expect(page.locator(".toast", has_text=f"away {at}.mp4 is")).to_be_visible()
+    page.evaluate("() => { location.hash = '#/'; }")
+    for at in (0, 1):
+        expect(page.locator(".upload-failed, .card", has_text=f"away {at}.mp4")).to_be_visible()

@@ -14,7 +14,6 @@ import { NO_FILTERS, createLibraryFilters } from './library_filters.js';
 import { createRunAll } from './library_run_all.js';
 import { acceptFileDrops } from './file_drop.js';
 import { createSelection } from './library_selection.js';
-import { createUploads } from './library_uploads.js';
 import { createWelcome } from './library_welcome.js';
 import { createAssignmentLists } from './library_assignments.js';
 import { recall, remember } from '../core/preferences.js';
@@ -29,8 +28,12 @@ import { loadMissingRuns } from './load_runs.js';
 /** The user's place in the library, to return to after a review. @type {WeakMap<App, {searchText: string, cardCount: number, top: number, filters: import('./library_filters.js').LibraryFilters}>} */
 const savedStates = new WeakMap();
 
-/** @type {import('../page-types.js').CreateView} */
-export function createLibrary(app) {
+/**
+ * @param {App} app
+ * @param {ReturnType<import('./library_uploads.js').createUploads>} uploads
+ * @returns {import('../page-types.js').View}
+ */
+export function createLibrary(app, uploads) {
   const { store, api } = app;
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
@@ -67,7 +70,6 @@ export function createLibrary(app) {
     },
   });
   const addVideo = () => store.dispatch(openDialog, { kind: 'add-video' });
-  const uploads = createUploads(app, signal);
   const filters = createLibraryFilters(app, {
     initialFilters: saved.filters,
     signal,

@@ -26,13 +26,17 @@ export async function uploadVideo({ store, api, load }, file, options) {
 }
 
 /**
+ * Uploads go on while another screen is open; a notice then tells how each ends.
+ *
  * @param {import('../page-types.js').App} app
- * @param {AbortSignal} signal
- * @returns {{element: HTMLElement, add: (files: File[]) => void}}
+ * @returns {{element: HTMLElement, add: (files: File[]) => void}} element: the list, for the library
  */
-export function createUploads(app, signal) {
+export function createUploads(app) {
   const element = h('ul.uploads', { 'aria-label': 'Uploads', hidden: true });
   let queue = Promise.resolve();
+  let unfinished = 0;
+  // the browser asks before it closes the page
+  addEventListener('beforeunload', (event) => unfinished > 0 && event.preventDefault(), { signal: app.signal });
 
   /** @param {File[]} files */
   function add(files) {
@@ -71,6 +75,7 @@ export function createUploads(app, signal) {
       setText(statusText, text);
       fill(button, 'Close');
       button.addEventListener('click', removeItem);
+      if (!element.isConnected) toast(`${file.name} is not in the library. ${text}`, { tone: 'bad' });
     }
 
     async function send() {
@@ -84,20 +89,24 @@ export function createUploads(app, signal) {
       }
       try {
         const existingMessage = await uploadVideo(app, file, {
-          signal: AbortSignal.any([controller.signal, signal]),
+          signal: AbortSignal.any([controller.signal, app.signal]),
           onProgress: (sent, total) => {
             setProgress(bar, total ? sent / total : 1);
             setText(statusText, sent === total ? 'The server is checking the file …' : `${bytes(sent)} of ${bytes(total)}`);
           },
         });
         if (existingMessage) toast(existingMessage);
+        else if (!element.isConnected) toast(`${file.name} is in the library.`, { tone: 'good' });
         removeItem();
       } catch (thrown) {
         if (thrown instanceof ApiError && thrown.code === 'aborted') removeItem();
         else fail(errorMessage(thrown));
       }
     }
-    return send();
+    unfinished += 1;
+    return send().finally(() => {
+      unfinished -= 1;
+    });
   }
 
   return { element, add };

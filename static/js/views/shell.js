@@ -8,6 +8,7 @@ import { h } from './dom.js';
 import { createFiles } from './files.js';
 import { createLabels } from './labels/index.js';
 import { createLibrary } from './library.js';
+import { createUploads } from './library_uploads.js';
 import { createModels } from './models.js';
 import { createReview } from './review.js';
 import { createSearch } from './search/index.js';
@@ -20,7 +21,7 @@ import { createTopBar } from './topbar.js';
 /** @typedef {import('../state-types.js').State} State */
 /** @typedef {import('../page-types.js').View} View */
 
-/** @type {Record<import('../state-types.js').Route['screen'], {title: string, create: (app: App) => View}>} */
+/** @type {Record<import('../state-types.js').Route['screen'], {title: string, create: (app: App, uploads: ReturnType<typeof createUploads>) => View}>} */
 const SCREENS = {
   library: { title: 'Library', create: createLibrary },
   review: { title: 'Review', create: createReview },
@@ -48,6 +49,7 @@ export function createShell(app) {
   const banners = createBanners(app);
   const dialogs = createDialogs(app);
   const toasts = createToasts(app);
+  const uploads = createUploads(app);
   const main = h('main.screen', { id: 'main', tabIndex: -1 });
   const element = h('div.shell', topBar.element, banners.element, main, dialogs.element, toasts.element, createTooltip(app.signal));
   /** @type {{name: string, view: View}|null} */ let screen = null;
@@ -67,7 +69,7 @@ export function createShell(app) {
     if (screen?.name !== name) {
       const first = screen === null;
       screen?.view.destroy();
-      const view = SCREENS[name].create(app);
+      const view = SCREENS[name].create(app, uploads);
       main.replaceChildren(view.element);
       screen = { name, view };
       // Screen readers and Tab start in the new screen; for the first screen the browser's own start is right.
