@@ -30,10 +30,10 @@ class AnswerCache:
                     return answer
             try:
                 answer = make()
+                self._store(key, answer)  # before the lock goes, or the next request computes it again
             finally:
                 with self._lock:
                     self._key_locks.pop(key, None)
-            self._store(key, answer)
             return answer
 
     def forget(self, run_id: str) -> None:
