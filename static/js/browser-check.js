@@ -3,6 +3,7 @@
 (() => {
   const isRecent = 'any' in AbortSignal && 'showPopover' in HTMLElement.prototype && 'checkVisibility' in Element.prototype;
   if (isRecent) return;
+  document.documentElement.dataset.tooOld = 'yes'; // `main.js` does not start then
   addEventListener('DOMContentLoaded', () => {
     const note = document.createElement('p');
     note.className = 'boot-note';

@@ -31,6 +31,9 @@ import { createShell } from './views/shell.js';
 
 /** @typedef {import('./page-types.js').App} App */
 
+// the page would start in part, and report what is missing beside the note of `browser-check.js`
+if (document.documentElement.dataset.tooOld) throw new Error('The browser is too old for the page.');
+
 const pageEnd = new AbortController();
 /** Options of listeners. */
 const untilEnd = { signal: pageEnd.signal };
