@@ -65,6 +65,8 @@ export function createPlayer(
   let tally = { frames: 0, late: 0 };
   /** Number of times in a row that playback has waited for the same frame. */
   let stalled = 0;
+  /** The frame at which playback has left the cursor. */
+  let playedFrame = -1;
 
   /** @type {ReturnType<typeof setTimeout>|undefined} */
   let timer;
@@ -187,6 +189,7 @@ export function createPlayer(
       return;
     }
     const { timebase } = review;
+    if (review.frame !== playedFrame) started = null; // the user has moved the cursor: play on from there
     started ??= { media: timebase.secondsAt(review.frame), clock: now() };
     const mediaTime = started.media + ((now() - started.clock) / 1000) * speed;
     let nextFrame = Math.max(review.frame, timebase.frameAt(mediaTime));
@@ -197,6 +200,7 @@ export function createPlayer(
       tally = { frames: tally.frames + 1, late: tally.late + (timebase.frameAt(mediaTime) > nextFrame ? 1 : 0) };
       store.dispatch(seek, nextFrame);
     }
+    playedFrame = nextFrame;
     if (mediaTime - timebase.secondsAt(nextFrame + 1) > MAX_LAG_S) {
       // too slow: continue from here instead of skipping frames
       started = { media: timebase.secondsAt(nextFrame), clock: now() };

@@ -136,6 +136,26 @@ test('a video of two frames a second plays at its own speed', async () => {
   assert.equal(store.get().review?.frame, 6);
 });
 
+test('a jump during playback plays on from there', async () => {
+  /** @type {() => void} */
+  let beat = () => {};
+  const { store, wait, go } = createPlayerFixture((run) => ((beat = run), 1), { ...FRAME_TABLE, time_base: [1, 2] }, true);
+  const play = () => {
+    for (let i = 0; i < 10; i++) {
+      beat();
+      wait(100);
+    }
+    return store.get().review?.frame;
+  };
+  store.dispatch(setPlaying, true);
+  await tick();
+  assert.equal(play(), 1);
+  for (const place of [1000, 50]) {
+    await go(place);
+    assert.equal(play(), place + 1);
+  }
+});
+
 test('a picture that takes too long does not hold up the next', async () => {
   const { asked, painted, wait, go } = createPlayerFixture();
   await tick();
