@@ -182,8 +182,11 @@ export const lowerBound = (values, from, to, value) => partitionPoint(from, to, 
  */
 export function barAt(index, row, frame, slack) {
   if (row < 0 || row >= index.rows) return -1;
+  const start = index.rowStart[row];
   const stop = index.rowStart[row + 1];
-  const bar = lowerBound(index.last, index.rowStart[row], stop, Math.floor(frame - slack));
+  const exact = lowerBound(index.last, start, stop, Math.floor(frame));
+  if (exact < stop && index.first[exact] <= frame) return exact;
+  const bar = lowerBound(index.last, start, stop, Math.floor(frame - slack));
   return bar < stop && index.first[bar] - slack <= frame ? bar : -1;
 }
 

@@ -45,6 +45,7 @@ test('every track has a bar, found by row and frame', () => {
     const bar = index.barOf.get(entry.key) ?? -1;
     assert.equal(barAt(index, index.row[bar], entry.first, 0), bar);
     assert.equal(barAt(index, index.row[bar], entry.last + 0.9, 0), bar);
+    assert.equal(barAt(index, index.row[bar], entry.first, 500), bar); // not its neighbour, which is near
   }
   assert.equal(barAt(index, index.rows, 5, 0), -1);
 });
