@@ -129,6 +129,8 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(review: ReviewSe
     key = str(open_long_track(page)["selected"])
     page.keyboard.press("l")
     edit_and_save(page, lambda: choose_label(page, "yield"))
+    page.keyboard.press("v")
+    at = wait_for(page, lambda s: s["frame"] == s["shown"] > 0)["frame"]
     later = review.server.track(review.video, {"stop": FRAMES, "name": "Later"})
     page.locator(".topbar-run").select_option(later)
     notice = page.locator(".banner", has_text="in an earlier run")
@@ -137,6 +139,7 @@ def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(review: ReviewSe
     reported.filter(has_text="1 track kept, 0 not needed").wait_for()
     page.get_by_role("dialog").get_by_role("button", name="Close").last.click()
     now = wait_for(page, lambda s: s["run"] == later and s["docs"])
+    assert now["frame"] == at
     assert [doc["class_id"] for doc in now["docs"].values()] == [13]
     notice.wait_for(state="detached")
     assert reload_review(page)["docs"]

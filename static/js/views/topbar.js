@@ -35,8 +35,11 @@ export function createTopBar(app) {
   const runSelect = h('select.select.topbar-run', {
     'aria-label': 'Run',
     onchange: () => {
-      const route = store.get().route;
-      if (route.screen === 'review') location.hash = formatRoute({ ...route, run: runSelect.value, track: null });
+      const { route, review } = store.get();
+      if (route.screen !== 'review') return;
+      // the route names the frame of the last link, not that of the cursor
+      const frame = review?.timebase && review.video.id === route.video ? review.frame : route.frame;
+      location.hash = formatRoute({ ...route, run: runSelect.value, frame, track: null });
     },
   });
   const runsButton = h(
