@@ -93,6 +93,11 @@ def test_a_label_is_added_while_relabelling_and_is_offered_first_the_next_time(
         expect(options.first).to_contain_text(first)
     page.locator(FIELD).fill("50")
     expect(options.first).to_contain_text("speed limit 50 km/h")
+    # the Enter that ends the composition of an input method takes nothing
+    page.locator(FIELD).evaluate(
+        "field => field.dispatchEvent(new KeyboardEvent('keydown', {key: 'Enter', isComposing: true, bubbles: true}))"
+    )
+    expect(page.locator(FIELD)).to_be_visible()
     # Ctrl+Enter that finds no label does not make a later click accept the track
     page.locator(FIELD).fill("#999")
     page.keyboard.press("Control+Enter")

@@ -77,6 +77,12 @@ export function listenToKeys(app, onDisabled, draw = () => {}) {
   const byKey = new Map();
   for (const operation of app.operations) for (const key of operation.keys) byKey.set(key, [...(byKey.get(key) ?? []), operation]);
 
+  // A key that an input method uses, such as the Enter that ends a composition, is no key of the page. Safari sends this
+  // Enter after the composition, with the code 229.
+  addEventListener('keydown', (event) => (event.isComposing || event.keyCode === 229) && event.stopPropagation(), {
+    capture: true,
+    signal: app.signal,
+  });
   document.addEventListener(
     'keydown',
     (event) => {

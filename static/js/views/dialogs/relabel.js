@@ -218,6 +218,11 @@ export function relabelDialog({ app, data, close, signal }) {
   );
   // a click takes the label only, also after a Ctrl+Enter that found none
   picker.list.addEventListener('click', () => (acceptsTrack = false), { capture: true });
+  /** @param {number|null} class_id */
+  const applyOnly = (class_id) => {
+    acceptsTrack = false;
+    applyLabel(class_id);
+  };
   picker.search.addEventListener('keydown', (event) => {
     if (event.altKey && event.key.toLowerCase() === 'b') {
       event.preventDefault();
@@ -228,10 +233,10 @@ export function relabelDialog({ app, data, close, signal }) {
   if (!draft) picker.onEnter(close);
   const notInSetButton = h(
     'button.btn',
-    { title: 'A sign without a label in the set', onclick: () => applyLabel(NO_CLASS) },
+    { title: 'A sign without a label in the set', onclick: () => applyOnly(NO_CLASS) },
     'Not in the set',
   );
-  const resetButton = h('button.btn', { onclick: () => applyLabel(null) });
+  const resetButton = h('button.btn', { onclick: () => applyOnly(null) });
   offerLabels();
   picker.reveal();
   return {
