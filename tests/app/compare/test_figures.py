@@ -131,7 +131,7 @@ def test_a_sign_without_a_class_is_neither_missed_nor_false() -> None:
 def test_a_figure_names_the_side_of_its_tracks() -> None:
     page = Path(__file__).parents[3] / "static" / "js" / "views" / "compare_figures.js"
     sides = dict(
-        re.findall(r"^  (\w+): \{\s+label: [^}]*? side: '(\w+)'", page.read_text(encoding="utf-8"), re.MULTILINE)
+        re.findall(r"^  (\w+): \[[^\]]*?'(reference|candidate)'", page.read_text(encoding="utf-8"), re.MULTILINE)
     )
     empty = table([], "t")
     assert sides.keys() == figures(empty, empty, match(empty, empty)).keys()
