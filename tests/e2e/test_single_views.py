@@ -277,3 +277,19 @@ def test_a_comparison_uses_the_labels_of_its_video(page: Page) -> None:
     await settle();
     return view.element.querySelector('.matrix-head').textContent;"""
     assert result(page, body) == "moose"
+
+
+def test_another_label_set_can_be_chosen_for_the_library(page: Page) -> None:
+    body = """
+    const { createLabels } = await load('labels/index.js');
+    const labelSets = ['own', 'other'].map((key) => ({ key, name: key, version: 1, default: key === 'own' }));
+    const view = createLabels(stub({}, { labelsOfSet: async () => [], labelUsage: async () => ({}) }));
+    view.update({ labelSets });
+    await settle();
+    const sets = view.element.querySelector('select');
+    return ['own', 'other', 'own'].map((key) => {
+      sets.value = key;
+      sets.dispatchEvent(new Event('change'));
+      return buttonOf(view.element, 'Use for the library').hidden;
+    });"""
+    assert result(page, body) == [True, False, True]
