@@ -293,3 +293,37 @@ def test_another_label_set_can_be_chosen_for_the_library(page: Page) -> None:
       return buttonOf(view.element, 'Use for the library').hidden;
     });"""
     assert result(page, body) == [True, False, True]
+
+
+def test_a_running_import_is_not_started_again(page: Page) -> None:
+    body = """
+    const { importDialog } = await load('dialogs/import.js');
+    const { importBundleDialog } = await load('dialogs/import_bundle.js');
+    const started = [];
+    const start = (kind) => {
+      started.push(kind);
+      return later().promise;
+    };
+    const app = stub({ videos: [{ id: 'v', name: 'v' }], labels: [], session: null, review: null }, {
+      formats: async () => [],
+      labels: async () => [],
+      runs: async () => [],
+      importFile: () => start('file'),
+      importBundle: () => start('bundle'),
+    });
+    const data = { video: 'v', as: 'truth', file: new File(['x'], 'signs.csv') };
+    for (const create of [importDialog, importBundleDialog]) {
+      const dialog = create({ app, data, close: () => {}, signal });
+      await settle();
+      const input = dialog.body.querySelector('input[type="file"]');
+      const files = new DataTransfer();
+      files.items.add(data.file);
+      for (const _ of [1, 2]) {
+        dialog.submit();
+        input.files = files.files;
+        input.dispatchEvent(new Event('change'));
+      }
+      started.push(dialog.footer.at(-1).disabled);
+    }
+    return started;"""
+    assert result(page, body) == ["file", True, "bundle", True]
