@@ -327,3 +327,26 @@ def test_a_running_import_is_not_started_again(page: Page) -> None:
     }
     return started;"""
     assert result(page, body) == ["file", True, "bundle", True]
+
+
+@pytest.mark.parametrize("part", ["plot", "end"])
+def test_a_press_on_the_lanes_leaves_a_text_field_first(page: Page, part: str) -> None:
+    body = """
+    const { attachGestures } = await load('lanes/gestures.js');
+    const { createEndHandle } = await load('lanes/end_handle.js');
+    const place = 'position: fixed; top: 200px; width: 100px; height: 50px; left: ';
+    const plot = Object.assign(document.createElement('div'), { id: 'plot', style: `${place} 0` });
+    const ends = Object.assign(document.createElement('div'), { id: 'end', style: `${place} 200px` });
+    const input = document.createElement('input');
+    globalThis.happened = [];
+    input.addEventListener('change', () => happened.push(input.value));
+    attachGestures(plot, 'seek', { press: () => happened.push('press'), seek: () => {} });
+    const end = createEndHandle({ showFrame: () => happened.push('press'), endTrack: () => {} }, signal);
+    end.update({ key: 'm1', first: 0, last: 9, x: 0, y: 0, height: 50, scale: 1 });
+    ends.append(end.element);
+    document.body.append(input, plot, ends);"""
+    result(page, body)
+    page.locator("input").press_sequentially("wet")
+    page.locator(f"#{part}").click()
+    page.keyboard.type("a")
+    assert page.evaluate("[...happened, document.querySelector('input').value]") == ["wet", "press", "wet"]
