@@ -350,3 +350,33 @@ def test_a_press_on_the_lanes_leaves_a_text_field_first(page: Page, part: str) -
     page.locator(f"#{part}").click()
     page.keyboard.type("a")
     assert page.evaluate("[...happened, document.querySelector('input').value]") == ["wet", "press", "wet"]
+
+
+def test_a_file_leads_to_its_run_once_that_is_known(page: Page) -> None:
+    body = """
+    const { createFiles } = await load('files.js');
+    const file = { id: 'o', kind: 'recording', state: 'complete', name: 'a.rrd', run_id: 'r', options: { frame: 7 } };
+    const requests = { videos: later(), runs: later() };
+    const api = {
+      outputs: async () => [{ ...file, summary: { videos: [{ name: 'drive' }] } }],
+      videos: () => requests.videos.promise,
+      runs: () => requests.runs.promise,
+      downloadUrl: () => '',
+    };
+    let state = { outputs: null, videos: null, runs: {} };
+    const view = createFiles(stub(null, api, {
+      store: { get: () => state },
+      load: async (request, action) => {
+        state = action(state, await request());
+        view.update(state);
+      },
+    }));
+    const shown = [];
+    for (const [name, answer] of [['videos', [{ id: 'v', runs: 1 }]], ['runs', [{ id: 'r', video_id: 'v' }]]]) {
+      await settle();
+      shown.push(view.element.querySelector('.made-actions a').getAttribute('aria-label'));
+      requests[name].resolve(answer);
+    }
+    await settle();
+    return [...shown, view.element.querySelector('.made-actions a').getAttribute('href')];"""
+    assert result(page, body) == ["Download a.rrd"] * 2 + ["#/review/v/r?frame=7"]
