@@ -277,3 +277,106 @@ def test_a_comparison_uses_the_labels_of_its_video(page: Page) -> None:
     await settle();
     return view.element.querySelector('.matrix-head').textContent;"""
     assert result(page, body) == "moose"
+
+
+def test_another_label_set_can_be_chosen_for_the_library(page: Page) -> None:
+    body = """
+    const { createLabels } = await load('labels/index.js');
+    const labelSets = ['own', 'other'].map((key) => ({ key, name: key, version: 1, default: key === 'own' }));
+    const view = createLabels(stub({}, { labelsOfSet: async () => [], labelUsage: async () => ({}) }));
+    view.update({ labelSets });
+    await settle();
+    const sets = view.element.querySelector('select');
+    return ['own', 'other', 'own'].map((key) => {
+      sets.value = key;
+      sets.dispatchEvent(new Event('change'));
+      return buttonOf(view.element, 'Use for the library').hidden;
+    });"""
+    assert result(page, body) == [True, False, True]
+
+
+def test_a_running_import_is_not_started_again(page: Page) -> None:
+    body = """
+    const { importDialog } = await load('dialogs/import.js');
+    const { importBundleDialog } = await load('dialogs/import_bundle.js');
+    const started = [];
+    const start = (kind) => {
+      started.push(kind);
+      return later().promise;
+    };
+    const app = stub({ videos: [{ id: 'v', name: 'v' }], labels: [], session: null, review: null }, {
+      formats: async () => [],
+      labels: async () => [],
+      runs: async () => [],
+      importFile: () => start('file'),
+      importBundle: () => start('bundle'),
+    });
+    const data = { video: 'v', as: 'truth', file: new File(['x'], 'signs.csv') };
+    for (const create of [importDialog, importBundleDialog]) {
+      const dialog = create({ app, data, close: () => {}, signal });
+      await settle();
+      const input = dialog.body.querySelector('input[type="file"]');
+      const files = new DataTransfer();
+      files.items.add(data.file);
+      for (const _ of [1, 2]) {
+        dialog.submit();
+        input.files = files.files;
+        input.dispatchEvent(new Event('change'));
+      }
+      started.push(dialog.footer.at(-1).disabled);
+    }
+    return started;"""
+    assert result(page, body) == ["file", True, "bundle", True]
+
+
+@pytest.mark.parametrize("part", ["plot", "end"])
+def test_a_press_on_the_lanes_leaves_a_text_field_first(page: Page, part: str) -> None:
+    body = """
+    const { attachGestures } = await load('lanes/gestures.js');
+    const { createEndHandle } = await load('lanes/end_handle.js');
+    const place = 'position: fixed; top: 200px; width: 100px; height: 50px; left: ';
+    const plot = Object.assign(document.createElement('div'), { id: 'plot', style: `${place} 0` });
+    const ends = Object.assign(document.createElement('div'), { id: 'end', style: `${place} 200px` });
+    const input = document.createElement('input');
+    globalThis.happened = [];
+    input.addEventListener('change', () => happened.push(input.value));
+    attachGestures(plot, 'seek', { press: () => happened.push('press'), seek: () => {} });
+    const end = createEndHandle({ showFrame: () => happened.push('press'), endTrack: () => {} }, signal);
+    end.update({ key: 'm1', first: 0, last: 9, x: 0, y: 0, height: 50, scale: 1 });
+    ends.append(end.element);
+    document.body.append(input, plot, ends);"""
+    result(page, body)
+    page.locator("input").press_sequentially("wet")
+    page.locator(f"#{part}").click()
+    page.keyboard.type("a")
+    assert page.evaluate("[...happened, document.querySelector('input').value]") == ["wet", "press", "wet"]
+
+
+def test_a_file_leads_to_its_run_once_that_is_known(page: Page) -> None:
+    body = """
+    const { createFiles } = await load('files.js');
+    const file = { id: 'o', kind: 'recording', state: 'complete', name: 'a.rrd', run_id: 'r', options: { frame: 7 } };
+    const requests = { videos: later(), runs: later() };
+    const api = {
+      outputs: async () => [{ ...file, summary: { videos: [{ name: 'drive' }] } }],
+      videos: () => requests.videos.promise,
+      runs: () => requests.runs.promise,
+      downloadUrl: () => '',
+    };
+    let state = { outputs: null, videos: null, runs: {} };
+    const view = createFiles(stub(null, api, {
+      store: { get: () => state },
+      load: async (request, action) => {
+        state = action(state, await request());
+        view.update(state);
+      },
+    }));
+    const shown = [];
+    for (const [name, answer] of [['videos', [{ id: 'v', runs: 1 }]], ['runs', [{ id: 'r', video_id: 'v' }]]]) {
+      await settle();
+      shown.push(view.element.querySelector('.made-actions a').getAttribute('aria-label'));
+      requests[name].resolve(answer);
+    }
+    await settle();
+    return [...shown, view.element.querySelector('.made-actions a').getAttribute('href')];"""
+    assert result(page, body) == ["Download a.rrd"] * 2 + ["#/review/v/r?frame=7"]

@@ -126,17 +126,13 @@ export function createConflicts({ store, outbox, edits, toast, enqueue, refresh 
       return;
     }
     const text = `${held.length === 1 ? 'A change is' : `${held.length} changes are`} not saved: somebody else changed the same track first.`;
-    store.dispatch((state) =>
-      openDialog(
-        showBanner(state, {
-          id: 'conflict',
-          tone: 'warning',
-          text,
-          action: { label: 'Decide', operation: 'decide-conflict' },
-        }),
-        { kind: 'conflict', data: { ...plan, others: lastChanges, keepMine: () => resolve(true), takeTheirs: () => resolve(false) } },
-      ),
-    );
+    const data = { ...plan, others: lastChanges, keepMine: () => resolve(true), takeTheirs: () => resolve(false) };
+    store.dispatch((state) => {
+      const action = { label: 'Decide', operation: 'decide-conflict' };
+      const withBanner = showBanner(state, { id: 'conflict', tone: 'warning', text, action });
+      // another dialog may hold input, a drawn box or an import: the banner opens this one later
+      return (state.dialog?.kind ?? 'conflict') === 'conflict' ? openDialog(withBanner, { kind: 'conflict', data }) : withBanner;
+    });
   }
 
   return { handle, decide, leaveDeletedTrack, clear: () => (lastChanges = {}) };

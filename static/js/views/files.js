@@ -1,7 +1,7 @@
 // @ts-check
 /** The screen of all files that were made from runs: exports, recordings, bug bundles, 3-D pages. */
 
-import { openDialog, setOutputs } from '../store/actions/page.js';
+import { openDialog, setOutputs, setVideos } from '../store/actions/page.js';
 import { createOutputRow } from './output_row.js';
 import { KINDS } from './output_text.js';
 import { h, reconcile, selectInput, setText } from './dom.js';
@@ -56,6 +56,7 @@ export function createFiles(app) {
   async function load() {
     try {
       await app.load(() => api.outputs({}, { signal }), setOutputs);
+      if (store.get().videos === null) await app.load(() => api.videos({ signal }), setVideos);
       for (const video of store.get().videos ?? []) {
         if (video.runs > 0) await loadMissingRuns(app, video.id, { signal });
       }

@@ -33,13 +33,16 @@ export function createOutputRow(app, initialOutput) {
   );
   /** @type {Output|null} */ let shown = null;
   let shownVideoNames = '';
+  let shownWithRun = false;
 
   /** @param {Output} output */
   function show(output) {
     const videoNames = describeVideos(app.store.get(), output);
-    if (output === shown && videoNames === shownVideoNames) return;
-    const previous = shown;
-    [shown, shownVideoNames] = [output, videoNames];
+    // the run may be loaded after the list of files
+    const hasRun = runOf(app.store.get(), output.run_id) !== undefined;
+    if (output === shown && videoNames === shownVideoNames && hasRun === shownWithRun) return;
+    const hasSameActions = output.state === shown?.state && hasRun === shownWithRun;
+    [shown, shownVideoNames, shownWithRun] = [output, videoNames, hasRun];
     const [text, tone] = stateBadge(output);
     setText(badge, text);
     badge.className = `badge ${tone}`;
@@ -49,7 +52,7 @@ export function createOutputRow(app, initialOutput) {
     const messages = outputWarnings(output);
     warningList.hidden = messages.length === 0;
     fill(warningList, ...messages.map((message) => h('li', message)));
-    if (previous?.state !== output.state) fill(actions, ...actionsOf(app, output));
+    if (!hasSameActions) fill(actions, ...actionsOf(app, output));
   }
 
   /** @param {Output} output */

@@ -4,6 +4,7 @@ import { test } from 'node:test';
 
 import { ApiError } from '../../../static/js/api/errors.js';
 import { correctedKeys } from '../../../static/js/review/shown_tracks.js';
+import { closeDialog, openDialog } from '../../../static/js/store/actions/page.js';
 import { select } from '../../../static/js/store/actions/review.js';
 import { RUN, failOffline, createServer, createEditorFixture, setBox } from './editor_fixture.js';
 
@@ -185,6 +186,23 @@ test('the saved version can be taken instead', async () => {
   dialog.data.takeTheirs();
   assert.deepEqual([review().docs.m1.keys, review().docs.m1.review, review().unsaved], [{}, 'accepted', []]);
   assert.deepEqual(await outbox.load(RUN), []);
+});
+
+test('a conflict leaves another open dialog alone, and its banner leads to the decision', async () => {
+  const { editor, server, store } = await createEditorFixture();
+  const label = /** @type {any} */ ({ kind: 'label', data: {} });
+  store.dispatch(openDialog, label);
+  server.editAsOther({ name: 'set_review', key: 'm1', frame: 0, review: 'accepted' });
+  editor.edit(setBox('m1', 5, 20));
+  await editor.settled();
+  assert.equal(store.get().dialog, label);
+  assert.deepEqual(
+    store.get().banners.map(({ action }) => action?.operation),
+    ['decide-conflict'],
+  );
+  store.dispatch(closeDialog);
+  editor.decide();
+  assert.equal(store.get().dialog?.kind, 'conflict');
 });
 
 test('undo of a command on a whole track names the track, not a frame', async () => {

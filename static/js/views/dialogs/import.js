@@ -85,6 +85,7 @@ export function importDialog({ app, data, close, signal }) {
   });
   const resultElement = h('div.stack', { hidden: true });
   /** @type {ImportResult|null} */ let imported = null;
+  let isImporting = false;
   /** The labels of the video’s set. @type {readonly import('../../types.js').Label[]} */
   let labels = store.get().labels;
   /** The names that must be mapped first. @type {ReturnType<typeof createLabelMapping>|null} */
@@ -147,7 +148,7 @@ export function importDialog({ app, data, close, signal }) {
     runField.hidden = importKind() !== 'annotation';
     nameField.hidden = importKind() === 'annotation';
     const problem = findProblem();
-    submitButton.disabled = problem !== '';
+    submitButton.disabled = isImporting || problem !== '';
     setText(errorText, fileField.file() ? problem : '');
   }
 
@@ -155,8 +156,8 @@ export function importDialog({ app, data, close, signal }) {
     const file = fileField.file();
     const labelMap = parseLabelMap(mappingInput.value, labels);
     const mappingAnswers = mapping?.read() ?? { map: {}, add: [], skip: [] };
-    if (!file || findProblem() !== '' || 'error' in labelMap || 'error' in mappingAnswers) return;
-    submitButton.disabled = true;
+    if (isImporting || !file || findProblem() !== '' || 'error' in labelMap || 'error' in mappingAnswers) return;
+    submitButton.disabled = isImporting = true;
     refusalElement.hidden = true;
     remember('import.as', chosenKind());
     const controls = /** @type {NodeListOf<HTMLInputElement|HTMLSelectElement>} */ (switches.querySelectorAll('select, input'));
@@ -189,12 +190,13 @@ export function importDialog({ app, data, close, signal }) {
       await show(result);
     } catch (thrown) {
       if (signal.aborted) return;
+      isImporting = false;
       setText(errorText, '');
       if (thrown instanceof ApiError && thrown.code === 'unknown_labels' && Array.isArray(thrown.details.labels)) {
         showMapping(thrown.details.labels);
         return;
       }
-      submitButton.disabled = false;
+      check();
       if (mapping !== null) {
         setText(errorText, errorMessage(thrown));
         return;

@@ -13,6 +13,7 @@ import { tableHeading } from '../headings.js';
 
 /** @type {import('./index.js').CreateDialog<'import-bundle'>} */
 export function importBundleDialog({ app, data, close, signal }) {
+  let isImporting = false;
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('add'), 'Open');
   const fileField = createDropField({
@@ -22,7 +23,7 @@ export function importBundleDialog({ app, data, close, signal }) {
     hint: 'A ZIP file from “Report a bug” or tsr bundle. It is checked before it is used.',
     onChange: () => {
       setText(errorText, '');
-      submitButton.disabled = false;
+      submitButton.disabled = isImporting;
     },
   });
   const result = h('div.stack', { hidden: true });
@@ -30,7 +31,7 @@ export function importBundleDialog({ app, data, close, signal }) {
   async function submit() {
     const file = fileField.file();
     if (!file || submitButton.disabled) return;
-    submitButton.disabled = true;
+    submitButton.disabled = isImporting = true;
     try {
       const { video, run, report } = await app.load(
         () =>
@@ -87,7 +88,7 @@ export function importBundleDialog({ app, data, close, signal }) {
     } catch (thrown) {
       if (signal.aborted) return;
       setText(errorText, errorMessage(thrown));
-      submitButton.disabled = false;
+      submitButton.disabled = isImporting = false;
     }
   }
 

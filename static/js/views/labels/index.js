@@ -109,6 +109,11 @@ export function createLabels(app) {
     emptyText,
   );
 
+  /** Offer to use a set for the library unless it does. @param {string} key */
+  function offerForLibrary(key) {
+    useButton.hidden = heads?.find((head) => head.key === key)?.default !== false;
+  }
+
   const current = () => shown?.labels.find(({ id }) => id === selected) ?? null;
 
   /** @param {(set: {set: string, labels: Label[], usage: import('./table.js').Usage}) => import('../../state-types.js').Dialog} of */
@@ -145,6 +150,7 @@ export function createLabels(app) {
     const request = ++latestRequest;
     if (key !== requestedSet) selected = null;
     requestedSet = key;
+    offerForLibrary(key);
     if (key === '') {
       await app.labels.reload().catch(failed);
       return;
@@ -223,7 +229,7 @@ export function createLabels(app) {
         : (heads.find((head) => head.default)?.key ?? heads[0]?.key ?? '');
       fill(setSelect, ...heads.map((head) => h('option', { value: head.key }, `${head.name}${head.default ? ' · the library’s' : ''}`)));
       setSelect.value = key;
-      useButton.hidden = heads.find((head) => head.key === key)?.default !== false;
+      offerForLibrary(key);
       if (key !== shown?.key || heads.find((head) => head.key === key)?.version !== shown?.version) void load(key);
     },
     destroy() {

@@ -2,6 +2,7 @@
 /** The end of the selected track's bar. The picture follows its drag, and the track ends where it is released. */
 
 import { h } from '../dom.js';
+import { leaveField } from './gestures.js';
 
 /** Minimum move of the pointer per frame, px, because in a long drive one pixel is many frames. */
 const MIN_PX_PER_FRAME = 3;
@@ -49,6 +50,7 @@ export function createEndHandle({ showFrame, endTrack }, signal) {
     if (event.button !== 0 || bar === null) return;
     event.preventDefault();
     event.stopPropagation();
+    leaveField();
     element.setPointerCapture(event.pointerId);
     drag = { bar, from: event.clientX, last: bar.last };
     showFrame(bar.last);

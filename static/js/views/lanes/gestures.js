@@ -13,6 +13,15 @@
 const MAX_CLICK_MOVE_PX = 4;
 
 /**
+ * Take the focus out of a field, as a press elsewhere does. A cancelled `pointerdown` leaves it there: later keys would
+ * go into the field, and its change would count for the track that is selected next.
+ */
+export function leaveField() {
+  const { activeElement } = document;
+  if (activeElement instanceof HTMLElement && activeElement.matches('input, textarea, select')) activeElement.blur();
+}
+
+/**
  * @param {HTMLElement} element
  * @param {'seek'|'pan'} drag   effect of a drag with the main button
  * @param {GestureTarget} target
@@ -27,6 +36,7 @@ export function attachGestures(element, drag, target) {
   element.addEventListener('pointerdown', (event) => {
     if (event.button > 1) return;
     event.preventDefault();
+    leaveField();
     element.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, xOf(event));
     movedPx = 0;
