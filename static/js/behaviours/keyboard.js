@@ -79,7 +79,7 @@ export function listenToKeys(app, onDisabled, draw = () => {}) {
 
   // A key that an input method uses, such as the Enter that ends a composition, is no key of the page. Safari sends this
   // Enter after the composition, with the code 229.
-  addEventListener('keydown', (event) => (event.isComposing || event.keyCode === 229) && event.stopPropagation(), {
+  document.addEventListener('keydown', (event) => (event.isComposing || event.keyCode === 229) && event.stopImmediatePropagation(), {
     capture: true,
     signal: app.signal,
   });

@@ -113,6 +113,14 @@ test('the row of digits is the row of digits where its keys type something else 
   assert.deepEqual(done, ['1', '1', '8', 'Shift+8', 'Shift+8']);
 });
 
+test('keys of an input method are no keys of the page', () => {
+  pressKey('A', { isComposing: true });
+  pressKey('A', { keyCode: 229 });
+  assert.deepEqual(done, []);
+  pressKey('A', { isComposing: false, keyCode: 65 });
+  assert.deepEqual(done, ['A']);
+});
+
 test('a key that is held judges one track, and steps on through the frames', () => {
   for (const key of ['a', 'Delete', 'f']) {
     pressKey(key);
