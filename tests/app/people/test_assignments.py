@@ -113,6 +113,17 @@ def test_frames_of_a_video_go_to_several_people(tracked_home: ToyHome, team_serv
     assert [(one["first"], one["stop"]) for one in found] == [(0, 40), (40, 75)]
 
 
+def test_reopened_work_does_not_overlap_later_work(tracked_home: ToyHome, team: Team) -> None:
+    rolf = team.client("Rolf")
+    (one,) = assign(rolf, tracked_home.video_id, stop=40).json()["assignments"]
+    done = change(rolf, one, state="done").json()
+    (later,) = assign(rolf, tracked_home.video_id, first=39).json()["assignments"]
+    refused = change(rolf, done, state="returned", comment="again")
+    assert_refused(refused, 409, "Anna has drive.mp4 already, from frame 39")
+    assert change(rolf, later, state="done").status_code == 200
+    assert change(rolf, done, state="returned", comment="again").status_code == 200
+
+
 def test_all_videos_or_none(tracked_home: ToyHome, team: Team) -> None:
     rolf = team.client("Rolf")
     body = {"videos": [tracked_home.video_id, "0" * 64], "person": "Anna"}
