@@ -240,7 +240,7 @@ def require_worker(person: Person) -> None:
 
 
 def _require_frames(video: Video, first: int, stop: int | None) -> None:
-    last = video.frames
+    last = video.frames if video.state == "ready" else None  # an import counts them up
     if (stop is not None and stop <= first) or (last is not None and (first >= last or (stop or 0) > last)):
         until = "" if last is None else f" and end by {last}"
         raise Invalid(
