@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any, Final
 
-from sqlalchemy import bindparam, delete, func, insert, select
+from sqlalchemy import bindparam, delete, func, insert, select, update
 from sqlalchemy.orm import Session
 
 from app.edits.history import undone_operations
@@ -30,7 +30,7 @@ _LATEST = select(func.max(WorkDay.latest))
 _LAST_DAY = (
     select(WorkDay, _LATEST.scalar_subquery())
     .where(WorkDay.author == bindparam("author"))
-    .order_by(WorkDay.seq.desc())
+    .order_by(WorkDay.seq.desc(), WorkDay.last.desc())
     .limit(1)
 )
 
@@ -98,6 +98,11 @@ def _work_between(earlier: datetime | None, later: datetime) -> float:
 
 def _add_work(session: Session, edit: Edit) -> None:
     found = session.execute(_LAST_DAY, {"author": edit.author}).first()
+    if found is not None and found[0].seq >= edit.seq:
+        # SQLite gives the numbers of a removed run's edits again: the days that have them come before this edit
+        reused = WorkDay.author == edit.author, WorkDay.seq >= edit.seq
+        session.execute(update(WorkDay).where(*reused).values(seq=edit.seq - 1))
+        found = session.execute(_LAST_DAY, {"author": edit.author}).first()
     before, latest = (None, session.scalar(_LATEST)) if found is None else found
     seconds = _work_between(None if before is None else before.last, edit.created)
     back = 0.0 if latest is None else max(0.0, (latest - edit.created).total_seconds())

@@ -151,6 +151,8 @@ class LogStore:
         if not key.startswith("m"):
             return None
         track = int(key[1:])
+        if key != f"m{track}":  # "m007" would be another name of m7, whose revision nobody checks
+            return None
         span = self.evidence.span(run.id, track) if spans is None else spans.get(track)
         if span is None:
             return None

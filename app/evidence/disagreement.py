@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.errors import Conflict, NotFound
 from app.evidence.tracks import TrackProperties
 from app.evidence.uncertainty import Disagreement
 from app.storage.database import Database
@@ -82,7 +83,7 @@ class DisagreementFinder:
         try:
             # The other run's evidence may be damaged or missing; its page reports that.
             other_boxes = self._boxes(other.id)
-        except EvidenceError:
+        except (Conflict, EvidenceError, NotFound):
             return None
         stop = 2**62 if other.stop is None else other.stop
         name = other.name or "Another run"

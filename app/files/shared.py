@@ -187,11 +187,17 @@ class SharedFiles:
         _remove(trash)
 
     def remove_in_background(self, *names: str) -> None:
-        """Remove entries of the shared files in the background; entries that cannot be removed now stay there."""
+        """Remove local copies now, and their entries of the shared files in the background.
+
+        Entries that cannot be removed now stay there.
+        """
+        for name in names:
+            # before the caller goes on: the same entry can be added again
+            if (copy := self._read(self._record_path(name))) is not None:
+                self.remove_copy(copy)
 
         def work() -> None:
             for name in names:
-                self._record_path(name).unlink(missing_ok=True)
                 with suppress(SharedFilesError):
                     self.store.remove(name)
 

@@ -20,7 +20,7 @@ from app.jobs.queue import JobQueue
 from app.storage.database import Database
 from app.storage.lookup import require_run
 from app.storage.models import Follow, FollowPiece, Job
-from app.storage.servers import require_local
+from app.storage.servers import is_local, require_local
 
 LEASE_S = 20.0
 """Seconds without a request after which a follow in progress is dropped; a page that reloads comes back sooner."""
@@ -204,9 +204,10 @@ def _abandoned(session: Session) -> Sequence[Follow]:
     now = datetime.now(UTC)
     idle_since, expired = now - timedelta(seconds=LEASE_S), now - timedelta(seconds=RESULT_LIFETIME_S)
     is_active = Follow.state.in_(("queued", "running"))
-    return session.scalars(
-        select(Follow).where(or_(Follow.asked < expired, is_active & (Follow.asked < idle_since)))
-    ).all()
+    # servers read their own follows only, because their clocks can differ by more than a lease
+    is_idle = is_active & (Follow.asked < idle_since) & is_local(session, Job.place)
+    query = select(Follow).outerjoin(Job, Job.subject == Follow.id).where(or_(Follow.asked < expired, is_idle))
+    return session.scalars(query).all()
 
 
 def _require_usable(anchors: Sequence[FollowAnchor], only: Only | None, first: int, last: int, frames: int) -> None:

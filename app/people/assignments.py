@@ -146,8 +146,8 @@ class AssignmentService:
 
         Raises:
             NotFound: no such assignment or person.
-            Conflict: the assignment has changed since (``details`` holds its current state), or the person already has
-                an overlapping one.
+            Conflict: the assignment has changed since (``details`` holds its current state), or it would be open and
+                overlap another one of its person.
             Refused: the caller may not do that.
             Invalid: it is returned without a comment.
         """
@@ -171,6 +171,9 @@ class AssignmentService:
                 self._refuse_overlap(session, assignee, session.get_one(Video, row.video_id), row)
                 row.person_id, row.state = assignee.id, state or "assigned"
             elif state is not None:
+                if row.state == "done" and state != "done":
+                    owner = session.get_one(Person, row.person_id)
+                    self._refuse_overlap(session, owner, session.get_one(Video, row.video_id), row)
                 row.state = state
             if comment is not None:
                 row.comment = comment.strip()
@@ -237,7 +240,7 @@ def require_worker(person: Person) -> None:
 
 
 def _require_frames(video: Video, first: int, stop: int | None) -> None:
-    last = video.frames
+    last = video.frames if video.state == "ready" else None  # an import counts them up
     if (stop is not None and stop <= first) or (last is not None and (first >= last or (stop or 0) > last)):
         until = "" if last is None else f" and end by {last}"
         raise Invalid(

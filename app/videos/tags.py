@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from typing import Annotated
 
 from pydantic import AfterValidator, Field
-from sqlalchemy import delete, select
+from sqlalchemy import delete, insert, select
 
 from app.body_model import Model
 from app.errors import NotFound
 from app.events import EventBus
 from app.storage.database import Database
+from app.storage.lookup import in_parts
 from app.storage.models import Video, VideoTag
-from app.videos.view import publish_video
+from app.videos.view import publish_videos
 
 
 def _trimmed(tag: str) -> str:
@@ -43,20 +45,28 @@ def change_tags(database: Database, events: EventBus, request: TagRequest) -> in
     Raises:
         NotFound: no such video.
     """
-    changed = 0
+    changed: list[str] = []
     with database.write() as session:
-        for video_id in dict.fromkeys(request.videos):
-            video = session.get(Video, video_id)
-            if video is None:
-                raise NotFound(f"There is no video {video_id[:12]}.", field="videos")
-            known = set(session.scalars(select(VideoTag.tag).where(VideoTag.video_id == video_id)))
-            removed = [tag for tag in request.remove if tag in known]
-            new = [tag for tag in dict.fromkeys(request.add) if tag not in known and tag not in request.remove]
-            if not removed and not new:
-                continue
-            if removed:
-                session.execute(delete(VideoTag).where(VideoTag.video_id == video_id, VideoTag.tag.in_(removed)))
-            session.add_all(VideoTag(video_id=video_id, tag=tag) for tag in new)
-            publish_video(session, events, video)
-            changed += 1
-    return changed
+        for part in in_parts(list(dict.fromkeys(request.videos))):
+            existing = set(session.scalars(select(Video.id).where(Video.id.in_(part))))
+            missing = next((video_id for video_id in part if video_id not in existing), None)
+            if missing is not None:
+                raise NotFound(f"There is no video {missing[:12]}.", field="videos")
+            known: defaultdict[str, set[str]] = defaultdict(set)
+            for row in session.execute(select(VideoTag.video_id, VideoTag.tag).where(VideoTag.video_id.in_(part))):
+                known[row.video_id].add(row.tag)
+            new = [
+                {"video_id": video_id, "tag": tag}
+                for video_id in part
+                for tag in dict.fromkeys(request.add)
+                if tag not in known[video_id] and tag not in request.remove
+            ]
+            tagged = {row["video_id"] for row in new}
+            changed += [each for each in part if each in tagged or not known[each].isdisjoint(request.remove)]
+            if request.remove:
+                removed = VideoTag.video_id.in_(part), VideoTag.tag.in_(request.remove)
+                session.execute(delete(VideoTag).where(*removed))
+            if new:
+                session.execute(insert(VideoTag), new)
+        publish_videos(session, events, changed)
+    return len(changed)

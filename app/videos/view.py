@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 from sqlalchemy import ColumnElement, select, true
 from sqlalchemy.orm import Session
 
 from app.body_model import Model
 from app.events import EventBus
-from app.storage.lookup import current_run_last
+from app.storage.lookup import current_run_last, in_parts
 from app.storage.models import ReviewCount, Run, Video, VideoTag
 from app.storage.servers import this_server
 from app.videos.paths import existing_files
@@ -120,6 +121,14 @@ _PLAIN = (
 )
 """Fields that equal a column of the same name."""
 _COLUMNS = (*(getattr(Video, name) for name in _PLAIN), Video.place)
+
+
+def publish_videos(session: Session, events: EventBus, video_ids: Sequence[str]) -> None:
+    """Notify pages of the state of many videos, with a few queries for all of them."""
+    session.flush()
+    for part in in_parts(video_ids):
+        for fields in _fields(session, Video.id.in_(part)):
+            events.publish(session, "video", fields["id"], fields)
 
 
 def publish_video(session: Session, events: EventBus, video: Video) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from pydantic import TypeAdapter
-from sqlalchemy import select
+from sqlalchemy import delete, select
 
 from app.edits.commands import Command, Redo, SetReview, Undo
 from app.edits.counters import add_to_totals
@@ -19,6 +19,7 @@ from tests.app.edits.edit_services import EditServices
 from tests.app.edits.random_commands import random_command
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
+START = datetime(2026, 1, 1, 12, tzinfo=UTC)
 
 
 def stored_counters(edits: EditServices) -> dict[str, Any]:
@@ -105,18 +106,20 @@ def test_undoing_a_verdict_restores_the_previous_one(edits: EditServices) -> Non
     assert stored_counters(edits)["counts"] == [(edits.run, 0, 1)]
 
 
-def test_working_hours_ignore_pauses_and_clock_changes(edits: EditServices) -> None:
-    start = datetime(2026, 1, 1, 12, tzinfo=UTC)
+def add_work(edits: EditServices, author: str, *moments: datetime) -> None:
+    """Log an operation of a person at each of these times."""
+    with edits.database.write() as session:
+        for moment in moments:
+            row = Edit(op_id=f"{author}{moment.timestamp()}", run_id=edits.run, author=author, kind="add_note")
+            row.command, row.before, row.after, row.created = {"name": "add_note"}, {}, {}, moment
+            session.add(row)
+            session.flush()
+            add_to_totals(session, row)
 
+
+def test_working_hours_ignore_pauses_and_clock_changes(edits: EditServices) -> None:
     def work(author: str, *minutes: float) -> None:
-        with edits.database.write() as session:
-            for each in minutes:
-                row = Edit(op_id=f"{author}{each}", run_id=edits.run, author=author, kind="add_note")
-                row.command, row.before, row.after = {"name": "add_note"}, {}, {}
-                row.created = start + timedelta(minutes=each)
-                session.add(row)
-                session.flush()
-                add_to_totals(session, row)
+        add_work(edits, author, *(START + timedelta(minutes=each) for each in minutes))
 
     work("steady", 0, 3, 6)
     work("night", 7, 607)  # counts as a break; five minutes after midnight it is another day
@@ -124,7 +127,7 @@ def test_working_hours_ignore_pauses_and_clock_changes(edits: EditServices) -> N
     work("back", 800, 60, 61)  # a backward step as zero
     days = stored_counters(edits)["days"]
     seconds = {whose: day[0] for whose, day in days.items()}
-    first = (start - datetime(1970, 1, 1, tzinfo=UTC)).days
+    first = (START - datetime(1970, 1, 1, tzinfo=UTC)).days
     assert seconds == {
         ("steady", first): 360,
         ("night", first): 300,
@@ -134,3 +137,18 @@ def test_working_hours_ignore_pauses_and_clock_changes(edits: EditServices) -> N
     }
     assert {whose: day[4] for whose, day in days.items() if day[4]} == {("back", first): 740 * 60}
     assert recomputed_counters(edits)["days"] == days
+
+
+def test_working_hours_go_on_after_a_run_was_removed(edits: EditServices) -> None:
+    def work(author: str, day: int, seconds: range) -> None:
+        add_work(edits, author, *(START + timedelta(days=day, seconds=second) for second in seconds))
+
+    work("ann", 0, range(5))
+    work("ann", 1, range(5))
+    with edits.database.write() as session:
+        session.execute(delete(Edit))  # SQLite gives the numbers again
+    work("ann", 2, range(7))
+    work("bob", 2, range(3))  # takes the numbers of the removed edits
+    work("ann", 2, range(7, 20))
+    seconds = [day[0] for whose, day in sorted(stored_counters(edits)["days"].items()) if whose[0] == "ann"]
+    assert seconds == [4, 300 + 4, 300 + 19], "the first operation of each further day ends a pause"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import uuid
 from typing import Any
 
@@ -238,6 +239,23 @@ def test_a_later_run_lists_missing_corrections(
     assert earlier_runs(new)["tracks"] == 2, "what is new there is worth telling again"
     whatif = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}", kind="whatif"))
     assert earlier_runs(whatif) is None
+
+
+def test_missing_evidence_of_another_run_is_ignored(
+    server: Server, tracked_home: ToyHome, ann: EditClient, tracks: list[str]
+) -> None:
+    ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
+    lost = EditClient(server, tracked_home.add_run())
+    folder = tracked_home.settings.home / "runs" / lost.run
+    shutil.copytree(tracked_home.folder, folder)
+    assert lost.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"').status_code == 200
+    shutil.rmtree(folder)
+    new = EditClient(server, tracked_home.add_run(folder=f"runs/{tracked_home.run_id}"))
+    assert earlier_runs(new)["run_id"] == ann.run
+    assert server.client.get(f"/api/runs/{new.run}/tracks").status_code == 200
+    answer = server.client.get(f"/api/runs/{lost.run}/tracks")
+    assert answer.json()["error"]["code"] == "evidence_gone"
+    server.client.delete(f"/api/runs/{lost.run}")
 
 
 def test_undone_edits_are_not_corrections(server: Server, tracked_home: ToyHome, tracks: list[str]) -> None:

@@ -74,6 +74,13 @@ def test_missing_stale_and_repeated_revisions(edits: EditServices) -> None:
         assert session.scalar(select(func.count()).select_from(Event).where(Event.kind == "edit")) == 1
 
 
+def test_a_number_with_zeros_names_no_track(edits: EditServices) -> None:
+    send(edits, "1", {"name": "add_note", "frame": 5, "key": "m1", "note_id": "n1", "text": "bent"}, {"m1": 0})
+    with pytest.raises(Invalid):
+        send(edits, "2", {"name": "set_review", "frame": 5, "key": "m001", "review": "accepted"}, {"m001": 0}, "bob")
+    assert [note.text for note in edits.documents()["m1"].notes] == ["bent"]
+
+
 @pytest.mark.parametrize("reported", [{}, {"class_id": 2}])
 def test_a_split_inherits_the_class_of_the_evidence(edits: EditServices, reported: dict[str, int]) -> None:
     send(edits, "1", {"name": "set_box", "frame": 30, "key": "m1", "box": [0.0, 0.0, 9.0, 9.0]}, {"m1": 0})

@@ -149,6 +149,18 @@ def test_a_silent_s3_is_noticed_while_others_wait_for_it(s3: str, monkeypatch: p
     assert time.monotonic() - began < store_module.S3_LIMITS["read_timeout"]  # type: ignore[operator]
 
 
+def test_removed_entries_leave_no_local_copy(store: SharedStore, tmp_path: Path) -> None:
+    settings = Settings(home=tmp_path / "home", files=store.address, database_url="postgresql://x/y")
+    files, name = SharedFiles(store, settings), f"videos/{'0' * 64}"
+    path = settings.home / name
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"fetched")
+    files.record_copy(name, path, 7)
+    files.remove_in_background(name)
+    assert not path.exists()
+    assert files.local_copies() == []
+
+
 def test_the_start_of_a_server_does_not_wait_for_a_silent_s3(
     bucket: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,9 +6,10 @@ from datetime import UTC, datetime, timedelta
 from types import SimpleNamespace
 
 import pytest
+from sqlalchemy import delete, select
 
 from app.follows import service
-from app.storage.models import Follow
+from app.storage.models import Follow, Job
 from tests.app.follows.follow_requests import LEASE_S, NO_ROWS, anchor_of, start_follow, stored_rows
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
@@ -41,6 +42,30 @@ def test_finished_proposals_wait_for_a_night(server: Server, run: str) -> None:
     server.context.follows.sweep()
     assert server.client.get(f"/api/follows/{follow['id']}").status_code == 200
     unread_for(server, follow["id"], service.RESULT_LIFETIME_S + 1)
+    server.context.follows.sweep()
+    assert stored_rows(server) == NO_ROWS
+
+
+def test_servers_leave_the_follows_of_others(server: Server, run: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    follow = start_follow(server, run, [anchor_of(server, run)])
+    sweep_past_lease(server)
+    with server.context.database.write() as session:
+        session.scalars(select(Job).where(Job.subject == follow["id"])).one().place = "there"
+    monkeypatch.setattr("app.storage.servers.this_server", lambda session: "here")
+    unread_for(server, follow["id"], LEASE_S + 1)  # by the clock of this server
+    server.context.follows.sweep()
+    assert stored_rows(server)["follows"] == 1
+    monkeypatch.setattr("app.storage.servers.this_server", lambda session: "there")
+    server.context.follows.sweep()
+    assert stored_rows(server) == NO_ROWS
+
+
+def test_follows_without_a_job_are_dropped(server: Server, run: str) -> None:
+    follow = start_follow(server, run, [anchor_of(server, run)])
+    sweep_past_lease(server)
+    with server.context.database.write() as session:
+        session.execute(delete(Job))
+    unread_for(server, follow["id"], LEASE_S + 1)
     server.context.follows.sweep()
     assert stored_rows(server) == NO_ROWS
 

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
+from app.storage.models import Video
 from tests.app.people.team import Team
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
@@ -111,6 +112,28 @@ def test_frames_of_a_video_go_to_several_people(tracked_home: ToyHome, team_serv
         "assignments"
     ]
     assert [(one["first"], one["stop"]) for one in found] == [(0, 40), (40, 75)]
+
+
+def test_reopened_work_does_not_overlap_later_work(tracked_home: ToyHome, team: Team) -> None:
+    rolf = team.client("Rolf")
+    (one,) = assign(rolf, tracked_home.video_id, stop=40).json()["assignments"]
+    done = change(rolf, one, state="done").json()
+    (later,) = assign(rolf, tracked_home.video_id, first=39).json()["assignments"]
+    refused = change(rolf, done, state="returned", comment="again")
+    assert_refused(refused, 409, "Anna has drive.mp4 already, from frame 39")
+    assert change(rolf, later, state="done").status_code == 200
+    assert change(rolf, done, state="returned", comment="again").status_code == 200
+
+
+def test_a_video_is_assigned_during_its_import(tracked_home: ToyHome, team: Team) -> None:
+    with tracked_home.database.write() as session:
+        session.add(Video(id="1" * 64, name="new", path="/new", size=1, state="importing", frames=5, warnings=[]))
+    try:
+        answer = assign(team.client("Rolf"), "1" * 64, first=10, stop=60)
+        assert answer.status_code == 201, answer.text
+    finally:
+        with tracked_home.database.write() as session:
+            session.delete(session.get_one(Video, "1" * 64))
 
 
 def test_all_videos_or_none(tracked_home: ToyHome, team: Team) -> None:

@@ -8,10 +8,12 @@ from pathlib import Path
 import pytest
 from sqlalchemy import event
 
+from app.events import EventBus
 from app.storage.database import Database
 from app.storage.migrations.versions.v0013_sums import fill
 from app.storage.models import Base, Run, TrackDocument, Video
 from app.videos.paths import existing_files
+from app.videos.tags import TagRequest, change_tags
 from app.videos.view import VideoView, video_listing, video_view
 
 
@@ -74,6 +76,25 @@ def test_the_queries_do_not_grow_with_the_videos(tmp_path: Path, videos: int) ->
     views, queries = _list_videos(database)
     assert len(views) == videos
     assert queries == 3
+    database.close()
+
+
+def test_many_videos_are_tagged_with_few_queries(tmp_path: Path) -> None:
+    database, events = _make_database(f"sqlite:///{tmp_path / 'tsr.sqlite'}", 600), EventBus()
+    statements: list[str] = []
+    event.listen(database.engine, "before_cursor_execute", lambda *args: statements.append(str(args[2])))
+    videos = [f"{i:064d}" for i in range(600)]
+    assert change_tags(database, events, TagRequest(videos=videos[:1], add=["rain"], remove=[])) == 1
+    assert change_tags(database, events, TagRequest(videos=videos, add=["night", "rain"], remove=[])) == 600
+    assert change_tags(database, events, TagRequest(videos=videos[:2], add=["rain", "snow"], remove=["snow"])) == 0
+    assert change_tags(database, events, TagRequest(videos=videos, add=[], remove=["rain"])) == 600
+    assert sum(statement.startswith("SELECT") for statement in statements) < 50
+    with database.read() as session:
+        told = events.after(session, 0, 10_000)
+        assert len(told) == 1 + 600 + 600
+        assert {tuple(each.data["tags"]) for each in told[-600:]} == {("night",)}
+        last = video_view(session, session.get_one(Video, told[-1].subject))
+        assert told[-1].data == last.model_dump(mode="json")
     database.close()
 
 
