@@ -46,7 +46,7 @@ def test_pictures_are_listed_in_order_with_their_subset(tmp_path: Path) -> None:
     export_dataset(data, FORMATS["cvat-images"], tmp_path / "o", ExportOptions(split=split), zipped=False)
     root = ET.parse(tmp_path / "o" / "annotations.xml").getroot()
     images = root.findall("image")
-    assert [image.get("id") for image in images] == [str(k) for k in range(7)]
+    assert [image.get("id") for image in images] == [str(k) for k in (10, 11, 12, 13, 14, 50, 51)]
     assert [image.get("name") for image in images] == [f"frame_{k:06d}.jpg" for k in (10, 11, 12, 13, 14, 50, 51)]
     assert [len(image.findall("box")) for image in images] == [1, 1, 2, 1, 1, 1, 1]
     side = split["a" * 64, "m1"]
@@ -131,6 +131,19 @@ def test_a_project_gives_the_tasks_of_the_video(tmp_path: Path) -> None:
         back = read_onto_drive(path)
         assert picture_by_frame(back) == {10: 2, 11: 3}
         assert "another video than drive.mp4" in back.skipped[0].reason
+
+
+def test_names_in_a_project_contain_the_frames_of_earlier_tasks(tmp_path: Path) -> None:
+    """CVAT adds the frames of the tasks before to the ids and names of pictures."""
+    task = "<source>{}.mp4</source><size>{}</size><start_frame>0</start_frame><frame_filter/>"
+    tasks = TASK.format(1, "a", task.format("other", 40)) + TASK.format(2, "b", task.format("drive", 100))
+    picture = '<image id="{1}" name="frame_{1:06d}" task_id="{0}" width="640" height="360">{2}</image>'
+    pictures = "".join(
+        picture.format(task_id, frame, BOX.format(1, "")) for task_id, frame in ((1, 5), (2, 40), (2, 139))
+    )
+    meta = f"<meta><project><id>7</id><name>p</name><tasks>{tasks}</tasks></project></meta>"
+    found = _read(tmp_path, f"<annotations>{meta}{pictures}</annotations>")
+    assert [track.frames.tolist() for track in tracks_of(found).values()] == [[0], [99]]
 
 
 def test_a_task_of_another_video_is_reported(tmp_path: Path) -> None:

@@ -142,11 +142,19 @@ def test_several_videos_and_subsets_get_a_folder_each(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "frames", "edges"),
     [
-        ([(1, 1, 0, 20), (2, 0, 0, 99), (5, 1, 0, 24), (7, 0, 0, 99)], range(1, 8), [20, 21, 22, 23, 24, 24, 24]),
+        ([(1, 1, 0, 20), (2, 0, 0, 99), (5, 1, 0, 24), (7, 0, 0, 24)], range(1, 8), [20, 21, 22, 23, 24, 24, 24]),
+        ([(1, 1, 0, 20), (2, 0, 0, 22), (3, 0, 0, 24), (4, 1, 1, 26)], range(1, 4), [20, 22, 24]),
+        ([(1, 1, 0, 20), (2, 0, 0, 22), (3, 0, 0, 24)], range(1, 4), [20, 22, 24]),
         ([(3, 1, 0, 20), (4, 1, 1, 20)], [3], [20]),
         ([(98, 1, 0, 20), (100, 1, 1, 20)], [98, 99], [20, 20]),
     ],
-    ids=["only key frames count and the last row ends the track", "single shape", "end after the last frame"],
+    ids=[
+        "only key frames count and the last row ends the track",
+        "a box moves until it is hidden",
+        "a box moves until the end of the job",
+        "single shape",
+        "end after the last frame",
+    ],
 )
 def test_frames_between_rows(
     read_file: Read, rows: list[tuple[int, ...]], frames: Sequence[int], edges: list[int]

@@ -115,6 +115,41 @@ def test_track_numbers_of_two_videos_differ(tmp_path: Path) -> None:
     assert len({item["id"] for item in content["items"]}) == len(content["items"]) == 60
 
 
+def _items(*names_and_frames: tuple[str, int]) -> dict[str, Any]:
+    boxes = [{**_BOX, "attributes": {}}]
+    return {
+        **SAMPLE,
+        "items": [{"id": name, "annotations": boxes, "attr": {"frame": frame}} for name, frame in names_and_frames],
+    }
+
+
+def test_positions_in_a_list_are_not_frames(tmp_path: Path) -> None:
+    """CVAT's tasks of pictures number the pictures, whose names have the frames."""
+    found = _read(tmp_path, _items(("drive_000000", 0), ("drive_000010", 1), ("drive_000020", 2)))
+    assert [track.frames.tolist() for track in tracks_of(found).values()] == [[0], [10], [20]]
+    assert any("only the position in a list" in sentence and ": 3;" in sentence for sentence in found.repaired)
+    found = _read(tmp_path, _items(("frame_000040", 0), ("frame_000041", 1)))
+    assert [track.frames.tolist() for track in tracks_of(found).values()] == [[40], [41]]
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("drive_000110", "drive_000120"), ("sign_20", "sign_9"), ("drive_4", "drive_5"), ("a1", "b9")],
+    ids=["names of a longer video", "names in another order", "names from 1", "names without a sequence"],
+)
+def test_other_numbers_in_names_do_not_replace_frames(tmp_path: Path, names: tuple[str, str]) -> None:
+    found = _read(tmp_path, _items((names[0], 3), (names[1], 4)))
+    assert [track.frames.tolist() for track in tracks_of(found).values()] == [[3], [4]]
+
+
+def test_scores_as_text(tmp_path: Path) -> None:
+    """CVAT writes attributes of the kind text as texts, also an empty default."""
+    (track,) = tracks_of(_read(tmp_path, with_value(SAMPLE, f"{BOX}/attributes/score", "0.93"))).values()
+    assert track.score.tolist() == [0.93]
+    (track,) = tracks_of(_read(tmp_path, with_value(SAMPLE, f"{BOX}/attributes/score", ""))).values()
+    assert np.isnan(track.score).all()
+
+
 def test_end_marks_are_not_boxes(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     last = copy.deepcopy(content["items"][0])
@@ -166,7 +201,7 @@ def test_pictures_of_another_size(tmp_path: Path) -> None:
         (with_value(SAMPLE, f"{BOX}/bbox", [True, 2, 3, 4]), "item 1, box 1: bbox must be four numbers"),
         (with_value(SAMPLE, f"{BOX}/bbox", [1, 2, -3, 4]), "item 1, box 1: box .* positive width"),
         (with_value(SAMPLE, f"{BOX}/bbox", [1, 2, 10**400, 4]), "item 1, box 1: bbox is too large"),
-        (with_value(SAMPLE, f"{BOX}/attributes/score", "high"), "item 1, box 1: score must be a number"),
+        (with_value(SAMPLE, f"{BOX}/attributes/score", "high"), "item 1, box 1: score must be a finite number"),
         (with_value(SAMPLE, f"{BOX}/attributes/score", 1.5), "item 1, box 1: score 1.5"),
         (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[NaN, 1, 1, 1]"), "item 1, box 1: bbox must be four numbers"),
         (json.dumps(SAMPLE).replace("[10, 10, 10, 12]", "[1e999, 1, 1, 1]"), "item 1, box 1: box .* finite"),

@@ -100,6 +100,13 @@ def test_a_second_box_in_a_frame(validator: ImportValidator) -> None:
         validator.finish("f")
 
 
+def test_a_second_box_is_reported_in_its_own_file(validator: ImportValidator) -> None:
+    for number, x in enumerate((1, 1, 2), start=1):
+        validator.box("a", 3, (x, 1, 9, 9), 14, file=f"{number}.txt", line=number)
+    with pytest.raises(ImportFormatError, match=r"^3\.txt, line 3: track 'a' has a second, different box in frame 3"):
+        validator.finish("1.txt")
+
+
 def test_the_same_row_twice_is_taken_once(validator: ImportValidator) -> None:
     for _ in range(3):
         validator.box("a", 1, (0, 0, 9, 9), 0, file="f", line=2)

@@ -109,6 +109,19 @@ def test_frames_counted_at_another_rate(tmp_path: Path) -> None:
     assert tracks_of(read_tasks(tmp_path, with_value(SAMPLE, f"{REGION}/value/framesCount", 101)))
 
 
+def test_frames_of_a_longer_sound_track(tmp_path: Path) -> None:
+    def content(count: int, duration: float) -> object:
+        counted = with_value(SAMPLE, f"{REGION}/value/framesCount", count)
+        return with_value(counted, f"{REGION}/value/duration", duration)
+
+    found = read_tasks(tmp_path, content(103, 4.096))
+    assert tracks_of(found)
+    assert any("a sound track that is longer than the pictures: 1" in sentence for sentence in found.repaired)
+    for count, duration in ((103, 4.29), (97, 3.88), (150, 6.0)):
+        with pytest.raises(ImportFormatError, match=f"was drawn on {count} frames"):
+            read_tasks(tmp_path, content(count, duration))
+
+
 def test_annotations_win_over_predictions_in_the_right_task(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     region = copy.deepcopy(content[0]["predictions"][0]["result"][0])

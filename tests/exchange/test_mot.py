@@ -55,6 +55,17 @@ def test_mot_is_recognised_with_every_separator(tmp_path: Path, mark: str, spell
     assert _reports_only_count(found)
 
 
+def test_ids_above_the_whole_numbers_of_a_float(tmp_path: Path) -> None:
+    rows = _mot_rows("1,1,1", id=str(2**53)) + _mot_rows("1,1,1", id=str(2**53 + 1), frames=range(40, 43))
+    write_text(tmp_path, "gt/gt.txt", rows)
+    write_text(tmp_path, "gt/labels.txt", "stop\n")
+    found = tracks_of(_read(tmp_path))
+    assert {uid: len(track.frames) for uid, track in found.items()} == {
+        "track9007199254740992": 6,
+        "track9007199254740993": 3,
+    }
+
+
 def test_polygons_of_yolo_are_not_mot(tmp_path: Path) -> None:
     path = write_text(tmp_path, "drive.txt", "0 0.1 0.1 0.2 0.1 0.2 0.2\n")
     assert not FORMATS["mot"].sniff(path)

@@ -15,6 +15,7 @@ from tests.exchange.image_datasets import (
     picture_by_frame,
     read_onto_drive,
     write_dataset,
+    write_text,
 )
 
 HASH = "0a1b2c3d4e5f60718293a4b5c6d7e8f3"
@@ -165,6 +166,25 @@ def test_a_class_list_with_another_name(tmp_path: Path) -> None:
     assert any("has no class names" in sentence for sentence in read_onto_drive(path).repaired), (
         "two files: nobody guesses"
     )
+
+
+def test_yolo_folders_of_cvat_have_the_name_of_any_subset(tmp_path: Path) -> None:
+    write_text(tmp_path, "obj.names", "stop\n")
+    for subset, frame in (("train", 10), ("valid", 50), ("Night", 60)):
+        write_text(tmp_path, f"{subset}.txt", f"data/obj_{subset}_data/frame_{frame:06d}.jpg\n")
+        write_text(tmp_path, f"obj_{subset}_data/frame_{frame:06d}.txt", "0 .5 .5 .1 .1\n")
+    frames = [track.frames.tolist() for track in read_onto_drive(tmp_path).videos[0].tracks()]
+    assert sorted(frames) == [[10], [50], [60]]
+
+
+def test_class_names_beside_label_files(tmp_path: Path) -> None:
+    """labelImg writes ``classes.txt`` into the folder of the label files."""
+    for folder, frame in (("train", 10), ("val", 50)):
+        write_text(tmp_path, f"{folder}/classes.txt", "yield\nstop\n")
+        write_text(tmp_path, f"{folder}/frame_{frame:06d}.txt", "1 .5 .5 .1 .1\n")
+    assert [track.label for track in read_onto_drive(tmp_path, "yolo").videos[0].tracks()] == [14, 14]
+    write_text(tmp_path, "val/classes.txt", "stop\nyield\n")
+    assert_refused(tmp_path, "yolo", "val/classes.txt: has other classes than train/classes.txt")
 
 
 def test_a_frame_that_contradicts_the_picture_name_is_reported(tmp_path: Path) -> None:

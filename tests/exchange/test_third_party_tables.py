@@ -278,6 +278,23 @@ def test_any_column_may_name_the_video(tmp_path: Path, column: str) -> None:
     assert not _reported(_read(tmp_path, "rows.csv", table.format("camera")), "It was imported onto")
 
 
+def test_ids_above_the_whole_numbers_of_a_float(tmp_path: Path) -> None:
+    rows = "".join(f"{frame},{2**53 + k},stop,{10 + 100 * k},10,50,50\n" for k in range(2) for frame in range(3))
+    found = tracks_of(_read(tmp_path, "rows.csv", "frame,track_id,label,x,y,w,h\n" + rows))
+    assert {uid: track.frames.tolist() for uid, track in found.items()} == {
+        "9007199254740992": [0, 1, 2],
+        "9007199254740993": [0, 1, 2],
+    }
+
+
+def test_a_source_that_names_a_video_is_not_in_our_tables(tmp_path: Path) -> None:
+    rows = "".join(f"3,{uid},14,10,10,50,50,0.9,{source}\n" for uid, source in ((1, "drive.mp4"), (2, "rear.mp4")))
+    found = _read(tmp_path, "rows.csv", "frame,track_id,class_id,x1,y1,x2,y2,score,source\n" + rows)
+    assert list(tracks_of(found)) == ["1"]
+    assert "rear.mp4" in found.skipped[0].reason
+    assert _reported(found, "class numbers", "taken as the tool's")
+
+
 def test_the_head_of_a_json_gives_video_and_size(tmp_path: Path) -> None:
     box = {"frame": 3, "box": [1, 1, 30, 30]}
     content: dict[str, Any] = {"video": "other.mp4", "detections": [box]}

@@ -10,6 +10,8 @@ from tsr_engine.io.plain_numbers import parse_real
 
 _WHOLE: Final = re.compile(r"(0|-?[1-9][0-9]{0,17})(?:\.0+)?")
 
+WHOLE_ID: Final = re.compile(r"[0-9]{1,20}")
+"""A track id in the text of a table."""
 _NO_TRACK: Final = frozenset({"", "nan", "none", "null"})
 """Values for a missing id in tables."""
 

@@ -52,6 +52,7 @@ class ImportValidator:
         self._repaired: list[str] = []
         self._counts: dict[str, tuple[int, str, int | str | None]] = {}
         self._next_suffix: dict[str, int] = {}
+        self._files: dict[str, int] = {}
 
     def __len__(self) -> int:
         return len(self._tracks)
@@ -229,6 +230,7 @@ class ImportValidator:
         rows.flags.append(key | occluded << 1 | ignore << 2)
         rows.score.append(score)
         rows.line.append(line if isinstance(line, int) else -1)
+        rows.file.append(self._files.setdefault(file, len(self._files)))
         return True
 
     def hide_from(self, uid: str, frame: int) -> None:
@@ -241,6 +243,7 @@ class ImportValidator:
         rows.flags.append(0)
         rows.score.append(math.nan)
         rows.line.append(-1)
+        rows.file.append(-1)
 
     def _new(self, uid: str, file: str = "", line: int | str | None = None) -> TrackRows:
         """Rows for a new track."""
@@ -264,7 +267,7 @@ class ImportValidator:
         self._skipped += self._names.skipped
         self._repaired += self._names.repaired
         tracks: list[Track] = []
-        maker = TrackBuilder(file, self.target.limits, interpolate, ids, self.count)
+        maker = TrackBuilder(file, list(self._files), self.target.limits, interpolate, ids, self.count)
         for uid, rows in self._tracks.items():
             track = maker.build(uid, rows, len(tracks))
             if track is not None:

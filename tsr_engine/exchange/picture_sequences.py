@@ -28,7 +28,7 @@ PICTURE_SWITCHES: Final = (
 )
 _GENERIC_FOLDER = re.compile(
     r"\.{1,2}|(?:train|training|val|valid|validation|test|testing|trainval)(?:\d{4})?|default|images?|labels?|annotations?|"
-    r"jpegimages|imagesets|voc\d{4}|obj_(?:train|valid|test)_data|img1?|imgs|frames?|pictures?|data|dataset",
+    r"jpegimages|imagesets|voc\d{4}|obj_.+_data|img1?|imgs|frames?|pictures?|data|dataset",
     re.IGNORECASE,
 )
 """Folders that belong to a format or a split."""

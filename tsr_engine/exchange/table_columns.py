@@ -147,7 +147,8 @@ def with_video(columns: Columns, cells: Mapping[str, str]) -> Columns:
     found = next(
         (name for name in cells if normalized(name) in (*PICTURE_COLUMNS, "source") and is_video(cells[name])), None
     )
-    return columns if found is None else replace(columns, named={**columns.named, "video": found})
+    # Tables of this tool name no video in a row.
+    return columns if found is None else replace(columns, named={**columns.named, "video": found}, is_own_table=False)
 
 
 def _find_sized_columns(column_by_name: Mapping[str, str]) -> tuple[str, ...] | None:

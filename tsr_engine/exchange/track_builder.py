@@ -21,7 +21,8 @@ class TrackBuilder:
     """Makes the tracks of a file.
 
     Args:
-        file: for messages.
+        file: for messages about all rows.
+        files: files of the rows, by index.
         limits: largest number of boxes, with those between key frames.
         interpolate: draw straight lines from each box to the track's next one.
         ids: label ids from ``LabelResolver``, by the rows' labels.
@@ -31,12 +32,14 @@ class TrackBuilder:
     def __init__(
         self,
         file: str,
+        files: Sequence[str],
         limits: ImportLimits,
         interpolate: bool,
         ids: Mapping[int, int],
         count: Callable[[str, str, int | None], None],
     ) -> None:
-        self._file, self._limits, self._interpolate, self._ids, self._count = file, limits, interpolate, ids, count
+        self._file, self._files, self._limits = file, files, limits
+        self._interpolate, self._ids, self._count = interpolate, ids, count
         self._boxes = 0
         self.attributes_by_track: dict[int, Sequence[RowAttributes]] = {}
         """Attributes of the rows, by index of the track among those made."""
@@ -109,18 +112,18 @@ class TrackBuilder:
                 continue
             if rows.kind[row] == END:
                 continue
-            line = rows.line[row] if rows.line[row] >= 0 else None
+            file, line = self._files[rows.file[row]], rows.line[row] if rows.line[row] >= 0 else None
             box, previous_box = rows.edges[4 * row : 4 * row + 4], rows.edges[4 * previous : 4 * previous + 4]
             if max(abs(a - b) for a, b in zip(box, previous_box, strict=True)) > _SAME_PX or (
                 rows.label[row] != rows.label[previous]
             ):
                 raise rule_error(
-                    self._file,
+                    file,
                     line,
                     f"track {uid!r} has a second, different box in frame {rows.frame[row]}; a track has one box a "
                     "frame. Give the other sign its own id, or delete one.",
                 )
-            self._count("Repeated boxes were taken once", self._file, line)
+            self._count("Repeated boxes were taken once", file, line)
         return np.array(selected, dtype=np.int64)
 
 

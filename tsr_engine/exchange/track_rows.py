@@ -31,6 +31,8 @@ class TrackRows:
     flags: array[int] = field(default_factory=lambda: array("b"))
     score: array[float] = field(default_factory=lambda: array("d"))
     line: array[int] = field(default_factory=lambda: array("q"))
+    file: array[int] = field(default_factory=lambda: array("i"))
+    """Index of the row's file among those of the import; -1 in rows without a box."""
     state: str = "open"
     source: str = "imported"
     notes: list[tuple[int, str]] = field(default_factory=list)

@@ -6,8 +6,10 @@ documentation describes the format.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
+from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.attributes import label_values, track_facts
 from tsr_engine.exchange.cvat.common import (
     SHAPES,
@@ -27,6 +29,7 @@ from tsr_engine.exchange.cvat.common import (
     read_score,
     source_of,
 )
+from tsr_engine.exchange.cvat.tasks import tasks_of
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.formats import ExportOptions, Format, ImportTarget, Written
 from tsr_engine.exchange.frame_rows import FrameRows
@@ -69,7 +72,9 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
             for (frame, row_range), subset_name in zip(part.frames_and_rows(), part.subset, strict=True):
                 subset = f' subset="{subset_name}"' if options.split else ""
                 file.write(
-                    f' <image id="{done}" name={quote_attribute(f"{part.stem(frame)}.{suffix}")}{subset} '
+                    # CVAT's tasks of a video take the id as the frame, whatever the name is.
+                    f' <image id="{part.first_frame + frame}" '
+                    f"name={quote_attribute(f'{part.stem(frame)}.{suffix}')}{subset} "
                     f'width="{video.width}" height="{video.height}">\n'
                 )
                 file.writelines(
@@ -137,6 +142,7 @@ def _listed(
     for file, name in files:
         tasks: dict[str, Node] = {}
         pictures: list[Node] = []
+        offsets: dict[str, int] = {}
         for node in elements(file, "annotations", ("meta",), without_content=("image", "track"), name=name):
             if node.tag == "track":
                 raise rule_error(
@@ -145,6 +151,8 @@ def _listed(
             if node.tag == "meta":
                 declare_labels(node, validator)
                 tasks = _tasks(node)
+                with suppress(ImportFormatError):  # not CVAT's own: without sizes nothing was added
+                    offsets = {task.id: task.offset for task in tasks_of(node, name)}
                 sizes |= {(name, key): size for key, task in tasks.items() if (size := task.child("original_size"))}
                 size = node.child("original_size")
                 if size is not None:
@@ -157,10 +165,17 @@ def _listed(
             task = tasks.get(key)
             source, task_name = ("", "") if task is None else (task.value("source"), task.value("name"))
             video_name = source or (f"task {key}" if several else "")
-            listed.append(
-                ListedPicture(attribute(node, "name", name), name, node.line, video=video_name, task_name=task_name)
-            )
+            picture = _name_in_task(node, offsets.get(key, 0), name)
+            listed.append(ListedPicture(picture, name, node.line, video=video_name, task_name=task_name))
     return listed, sizes
+
+
+def _name_in_task(node: Node, offset: int, file: str) -> str:
+    """A picture's name; CVAT numbers the frames of a project's videos one after the other, in names too."""
+    name, number = attribute(node, "name", file), node.attrib.get("id", "")
+    if number.isdecimal() and len(number) < 10 and int(number) >= offset and name == f"frame_{int(number):06d}":
+        return f"frame_{int(number) - offset:06d}"
+    return name
 
 
 def _tasks(meta: Node) -> dict[str, Node]:

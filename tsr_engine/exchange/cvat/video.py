@@ -177,14 +177,18 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
     last_frame = -1
     # FiftyOne marks key frames only for labels that know them. Its other boxes are all stated.
     has_keyframe_flags = any("keyframe" in child.attrib for child, _ in rows)
-    for child, values in rows:
+    for k, (child, values) in enumerate(rows):
         is_key = read_flag(child, "keyframe", file, str(int(not has_keyframe_flags)))
         outside = read_flag(child, "outside", file, "0")
         frame = _frame(child, file, validator, task.task, outside=outside)
         if not outside:
             last_frame = max(last_frame, frame)
         if not is_key and "keyframe" in child.attrib:
-            continue
+            # CVAT moves a box towards the key frame at which it ends, or which lies after the end of a job. That key
+            # frame is hidden or not in the file, so the last visible row states the movement.
+            goes_on = k + 1 < len(rows) and not read_flag(rows[k + 1][0], "outside", file, "0")
+            if outside or goes_on:
+                continue
         if outside:
             validator.hide_from(uid, frame)
             continue

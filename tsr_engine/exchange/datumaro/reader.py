@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from itertools import groupby, pairwise
 from pathlib import Path
 
 from tsr_engine.exchange.attributes import BOX_NAMES, label_values, parse_attributes, track_facts
@@ -16,13 +17,16 @@ from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
 from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.json_stream import members, read_members
+from tsr_engine.exchange.picture_names import parse_picture_name
 from tsr_engine.exchange.picture_sequences import ListedPicture
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rotated_boxes import bounding_box
+from tsr_engine.exchange.video_spellings import VideoNameMatcher
 from tsr_engine.json_shapes import JsonObject
 
 _CATEGORIES = re.compile(rb'"categories"\s*:\s*\{')
 """Older versions, and CVAT's, do not name the format; categories are an object in no other format."""
+_POSITIONS_REPORT = "attr.frame is only the position in a list, so pictures got the frame of their names"
 
 
 def read_datumaro(path: Path, target: ImportTarget) -> Dataset:
@@ -40,6 +44,7 @@ def read_datumaro(path: Path, target: ImportTarget) -> Dataset:
     if not files:
         raise rule_error(path.name, None, "has no annotations/*.json. Export as Datumaro again.")
     listed = [picture for file in files for picture in _listed(file, len(files) > 1)]
+    _drop_positions(listed, validator)
     frames = iter(frames_of_pictures(listed, validator, path if path.is_dir() else path.parent))
     other_annotations = 0
     for file in files:
@@ -84,6 +89,31 @@ def _listed(file: Path, several_files: bool) -> Iterator[ListedPicture]:
         )
     if not found:
         raise rule_error(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
+
+
+def _drop_positions(listed: list[ListedPicture], validator: ImportValidator) -> None:
+    """Drop each ``attr.frame`` that is only the position in a list of pictures, as in CVAT's tasks of pictures."""
+    video = validator.target.video
+    is_video_name = VideoNameMatcher(video)
+    for file, pictures in groupby(listed, key=lambda picture: picture.file):
+        sequence = [(each, parse_picture_name(each.name.rpartition("/")[2], is_video_name)) for each in pictures]
+        frames = [(name.number, each.frame) for each, name in sequence]
+        stated = [
+            (number, frame) for number, frame in frames if number is not None and frame is not None and frame >= 0
+        ]
+        gaps = [number - frame for number, frame in stated]
+        # In a list of some frames a position is never above its frame, and falls behind with each frame left out. Names
+        # of a longer video, from which this one was cut, have numbers beyond its end.
+        if (
+            len(stated) == len(sequence)
+            and len({name.pattern for _, name in sequence}) == 1
+            and set(gaps) not in ({0}, {1})
+            and all(a <= b for a, b in pairwise([0, *gaps]))
+            and max(number for number, _ in stated) <= video.frames
+        ):
+            for each, _ in sequence:
+                each.frame = None
+                validator.count(_POSITIONS_REPORT, file, each.line)
 
 
 def _label_names(content: JsonObject, file: str) -> list[str]:
@@ -135,9 +165,8 @@ def _annotation(
         # Datumaro keeps CVAT's end marks as boxes.
         validator.hide_from(uid, frame)
         return True
-    score = attributes.get("score")
-    if score is not None and type(score) not in (int, float):
-        raise rule_error(file, where, f"score must be a number. Got {str(score)[:40]!r}.")
+    # CVAT writes attributes of the kind text as texts, also an empty default.
+    score = None if attributes.get("score") == "" else attributes.get("score")
     validator.box(
         uid,
         frame,
@@ -150,7 +179,7 @@ def _annotation(
         key=attributes.get("keyframe", True) not in (False, "false", "False"),
         occluded=attributes.get("occluded") in (True, "true", "True"),
         ignore=attributes.get("ignore") in (True, "true", "True"),
-        score=math.nan if score is None else real_of(score, "score", file, where),
+        score=math.nan if score is None else real_of(score, "score", file, where, in_text=True),
         attributes=parse_attributes(label_values(attributes, BOX_NAMES), file, where),
         facts=track_facts(attributes),
     )

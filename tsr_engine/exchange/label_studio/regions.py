@@ -105,7 +105,7 @@ def read_region(
     value = region.get("value")
     if not isinstance(value, dict) or not isinstance(value.get("sequence"), list):
         raise rule_error(file, where, "must have a value with a sequence. Export as JSON again.")
-    _check_count(value.get("framesCount"), validator, file, where)
+    _check_count(value, validator, file, where)
     names = as_list(value.get("labels")) or labels
     label = validator.label(str(names[0]), file, where) if names else UNSTATED_LABEL
     if len(names) != 1:
@@ -155,10 +155,16 @@ def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -
     return x, y, x + width, y + height
 
 
-def _check_count(count: object, validator: ImportValidator, file: str, where: str) -> None:
-    video = validator.target.video
+def _check_count(value: JsonObject, validator: ImportValidator, file: str, where: str) -> None:
+    video, count, duration = validator.target.video, value.get("framesCount"), value.get("duration")
     # Label Studio rounds the duration, so the count may be off by one.
     if is_number(count) and abs(count - video.frames) > 1:
+        rate = float(video.rate or 0)
+        is_at_rate = is_number(duration) and abs(count - duration * rate) <= 1
+        # The duration is the file's: a sound track is often a little longer than the pictures.
+        if is_at_rate and 0 < count - video.frames <= rate:
+            validator.count("Regions count the frames of a sound track that is longer than the pictures", file, where)
+            return
         raise rule_error(
             file,
             where,

@@ -14,6 +14,7 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.file_listing import first_row
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frame_origin import FrameOrigin
+from tsr_engine.exchange.ids import WHOLE_ID
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.linking import UntrackedBoxes
 from tsr_engine.exchange.mot.columns import Columns, Row, Rows, find_columns
@@ -185,6 +186,9 @@ def _cells(content: str) -> list[str]:
 
 
 def _real(cell: str, at: int, file: str, line: int) -> float:
+    if at == 1 and WHOLE_ID.fullmatch(cell.strip()):
+        # A float would make one id of several above 2**53.
+        return int(cell)
     try:
         return parse_real(cell)
     except ValueError:

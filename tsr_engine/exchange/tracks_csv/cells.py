@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import get_args
 
 from tsr_engine.exchange.box_rules import Edges
+from tsr_engine.exchange.ids import WHOLE_ID
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.table_columns import edges_of
 from tsr_engine.io.plain_numbers import parse_real
@@ -67,6 +68,9 @@ def read_uid(cells: Mapping[str, str], file: str, line: int) -> str:
     if cells.get("uid"):
         return cells["uid"]
     cell = cells.get("track", "")
+    if WHOLE_ID.fullmatch(cell):
+        # A float would make one id of several above 2**53.
+        return str(int(cell))
     try:
         number = parse_real(cell) if cell else -1.0
     except ValueError:

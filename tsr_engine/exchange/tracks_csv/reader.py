@@ -112,7 +112,7 @@ class _Table:
             if not header_read:
                 header_read = True
                 self._columns = self._columns_of(cells)
-                if "video" not in self._columns.named and not self._columns.is_own_table:
+                if "video" not in self._columns.named:
                     self._columns = with_video(self._columns, cells)
                 self._find_video_and_origin()
             if self._video is None or cells[self._columns.named["video"]] == self._video:

@@ -8,6 +8,7 @@ read too; see :mod:`~.row_shapes`.
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter, deque
 from collections.abc import Iterator
 from functools import partial
@@ -41,6 +42,8 @@ _PICTURE_LISTS = ("train.txt", "val.txt", "valid.txt", "test.txt", "images.txt")
 _NOT_LABEL_FILES = frozenset({*_PICTURE_LISTS, "classes.txt", "readme.txt", "labels.txt"})
 _NOTE_PREFIXES = ("readme.", "autosplit_")
 """Prefixes of other text files of Roboflow and Ultralytics."""
+_CVAT_FOLDER = re.compile("obj_.+_data")
+"""CVAT's folder of a subset."""
 _SUBSETS = frozenset({"train", "val", "valid", "test"})
 _SAVE_TXT_SCHEME = NumberingScheme(
     1,
@@ -54,7 +57,9 @@ def label_files(path: Path, store: SmallFileStore | None = None) -> list[str]:
     # Plain strings, because a folder can hold 100,000 files.
     named = [(name, name.split("/")) for name in list_all_files(path, store)]
     found = [(n, parts) for n, parts in named if n.endswith(".txt") and _may_be_labels(parts[-1].lower())]
-    inside = [name for name, parts in found if not {"labels", "obj_train_data"}.isdisjoint(parts[:-1])]
+    inside = [
+        name for name, parts in found if any(part == "labels" or _CVAT_FOLDER.fullmatch(part) for part in parts[:-1])
+    ]
     return inside or [name for name, _ in found]
 
 
@@ -92,7 +97,7 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     files = label_files(path, target.store)
     if not files and not (path / SIDECAR).is_file():
         raise rule_error(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
-    names, names_file = _class_names(path)
+    names, names_file = _class_names(path, files)
     if names is not None and _are_benchmark_numbers(names):
         names = dict(enumerate(benchmark_keys()))
         validator.repair(
@@ -131,7 +136,7 @@ def _listed(name: str) -> ListedPicture:
     return ListedPicture(name, name, scheme=None if in_subset else _SAVE_TXT_SCHEME)
 
 
-def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
+def _class_names(path: Path, files: list[str]) -> tuple[dict[int, str] | None, str]:
     """Names by number, and the file that has them; None: no file has them."""
     for file in (*(folder / name for folder in (path, path.parent) for name in YAML_FILES), *_other_yaml(path)):
         found = read_class_names(file) if file.is_file() else None
@@ -140,7 +145,24 @@ def _class_names(path: Path) -> tuple[dict[int, str] | None, str]:
     for name in ("classes.txt", "obj.names", "labels/classes.txt", "labels.txt"):
         if (path / name).is_file():
             return dict(enumerate(read_names(path / name))), name
-    return None, ""
+    return _class_names_beside(path, files)
+
+
+def _class_names_beside(path: Path, files: list[str]) -> tuple[dict[int, str] | None, str]:
+    """Names in the ``classes.txt`` that labelImg writes into each folder of label files.
+
+    Raises:
+        ImportFormatError: two folders have different names.
+    """
+    folders = dict.fromkeys(name.rpartition("/")[0] for name in files)
+    lists = [name for folder in folders if (path / (name := f"{folder}/classes.txt")).is_file()]
+    found = [read_names(path / name) for name in lists]
+    if not found:
+        return None, ""
+    for name, names in zip(lists, found, strict=True):
+        if names != found[0]:
+            raise rule_error(name, None, f"has other classes than {lists[0]}. Import the folders one by one.")
+    return dict(enumerate(found[0])), lists[0]
 
 
 def _are_benchmark_numbers(names: dict[int, str]) -> bool:

@@ -91,7 +91,7 @@ def _sniff(path: Path) -> bool:
     if path.is_file() or (is_wrapper(path) and not (path / "labels").is_dir()):
         return False
     names = any((path / name).is_file() for name in (*YAML_FILES, "obj.data"))
-    inside = (path / "labels").is_dir() or (path / "obj_train_data").is_dir() or any(path.glob("*/labels"))
+    inside = (path / "labels").is_dir() or any(map(any, map(path.glob, ("obj_*_data", "*/labels"))))
     files = label_files(path)
     return bool(files) and (names or inside or any(is_label_file(path / name) for name in files[:9]))
 
