@@ -134,13 +134,16 @@ def shift_document(
         if low <= high:
             pieces.append(Segment(track=piece.track, first=low, last=high))
     keys = {str(frame - offset): key for frame, key in _keys_within(doc, first, stop).items()}
-    is_present = int(doc.key[1:]) in spans if doc.key.startswith("m") else bool(pieces or keys)
-    if not is_present:
-        return None
     notes = tuple(
         Note(**{**note.model_dump(), "frame": note.frame - offset}) for note in doc.notes if first <= note.frame < stop
     )
-    return doc.model_copy(update={"revision": 1, "segments": tuple(pieces), "keys": keys, "notes": notes})
+    shifted = doc.model_copy(update={"revision": 1, "segments": tuple(pieces), "keys": keys, "notes": notes})
+    if doc.key.startswith("m"):
+        # people can draw boxes where the engine's track has ended, or merge a track of the clip into it
+        is_present = int(doc.key[1:]) in spans or not (doc.gone or shifted.empty())
+    else:
+        is_present = bool(pieces or keys)
+    return shifted if is_present else None
 
 
 def _keys_within(doc: TrackDoc, first: int, stop: int) -> dict[int, KeyFrame]:

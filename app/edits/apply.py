@@ -144,7 +144,7 @@ def _delete_from(command: c.DeleteFrom, doc: TrackDoc) -> TrackDoc:
         raise CommandError(f"{_shows_nothing(doc, command.frame)} There is nothing to delete.")
     # a cut line must end at the box that it had there
     edge = doc.line_at(command.frame - 1) if command.frame > 0 else None
-    if edge is not None and str(command.frame - 1) not in doc.keys:
+    if edge is not None and not doc.has_box(command.frame - 1):
         doc = doc.with_key(command.frame - 1, box=edge)
     kept = doc.model_copy(
         update={

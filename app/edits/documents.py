@@ -158,6 +158,11 @@ class TrackDoc(Model):
         """Return the first key frame after a frame."""
         return min((k for k in map(int, self.keys) if k > frame), default=None)
 
+    def has_box(self, frame: int) -> bool:
+        """Whether a frame is a key frame with a box."""
+        key = self.keys.get(str(frame))
+        return key is not None and key.box is not None
+
     def line_at(self, frame: int) -> tuple[float, float, float, float] | None:
         """Return the box that key frames give a frame: a key frame's own box, or an interpolated one; None: neither."""
         before = self.last_key(frame)

@@ -45,7 +45,7 @@ export function deleteFrom(doc, frame) {
   if (!showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} There is nothing to delete.`);
   // a cut line must end at its interpolated box
   const edge = frame > 0 ? keyFrameBoxAt(doc, frame - 1) : null;
-  if (edge !== null && !doc.keys[frame - 1]) doc = withKey(doc, frame - 1, { box: edge });
+  if (edge !== null && !doc.keys[frame - 1]?.box) doc = withKey(doc, frame - 1, { box: edge });
   const cutDoc = { ...doc, segments: clipSegments(doc.segments, -1, frame - 1), keys: keysWithin(doc, -1, frame - 1) };
   return isEmpty(cutDoc) ? { ...doc, gone: true } : cutDoc;
 }

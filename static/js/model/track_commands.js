@@ -54,8 +54,8 @@ export function split(docs, doc, command) {
   if (docs[newKey]) throw new CommandError(`There is a track ${newKey} already.`);
   const before = frame > 0 ? keyFrameBoxAt(doc, frame - 1) : null;
   const at = keyFrameBoxAt(doc, frame);
-  if (at !== null && !doc.keys[frame]) doc = withKey(doc, frame, { box: at });
-  if (before !== null && !doc.keys[frame - 1]) doc = withKey(doc, frame - 1, { box: before });
+  if (at !== null && !doc.keys[frame]?.box) doc = withKey(doc, frame, { box: at });
+  if (before !== null && !doc.keys[frame - 1]?.box) doc = withKey(doc, frame - 1, { box: before });
   const later = keysWithin(doc, frame, Infinity);
   if (!doc.keys[frame]) {
     const state = stateOf(keyAt(doc, frame));

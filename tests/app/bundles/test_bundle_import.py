@@ -19,6 +19,7 @@ import pytest
 from app.bundles import importing
 from app.edits.commands import Undo
 from app.errors import Busy
+from app.exchange.tracks import run_tracks
 from app.outputs.file_moves import sweep
 from app.storage.models import Event, Run, Video
 from tests import toy_pipeline
@@ -141,7 +142,12 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: ToyBundle, server: Ser
         segments=(Segment(track=last.track_id, first=last.first_frame, last=last.last_frame),),
         keys={str(first + 1): KeyFrame(box=(5.0, 5.0, 20.0, 20.0))},
     )
-    corrections = {"documents": [document.model_dump(mode="json")]}
+    ended = TrackDoc(
+        key="m99",
+        segments=(Segment(track=99, first=0, last=first - 1),),
+        keys={str(first + 2): KeyFrame(box=(5.0, 5.0, 20.0, 20.0))},
+    )
+    corrections = {"documents": [each.model_dump(mode="json") for each in (document, ended)]}
     made = make_bundle(
         BundleRequest(
             tmp_path / "run", video, tmp_path / "b.zip", first, stop, corrections=corrections, recording=False
@@ -155,6 +161,18 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: ToyBundle, server: Ser
     documents = server.client.get(f"/api/runs/{reported['run']['id']}/annotation").json()["docs"]
     assert list(documents[0]["keys"]) == [str(first + 1 - offset)]
     assert documents[0]["segments"][0]["last"] == min(last.last_frame, stop - 1) - offset
+    assert (documents[1]["key"], list(documents[1]["keys"])) == ("m99", [str(first + 2 - offset)])
+    shown = {
+        track.uid: track.frames.tolist()
+        for track in run_tracks(
+            server.settings.home / "runs" / reported["run"]["id"],
+            {doc["key"]: TrackDoc.model_validate(doc) for doc in documents},
+            0,
+            stop - offset,
+            stop - offset,
+        )
+    }
+    assert shown["m99"] == [first + 2 - offset], "a box drawn after the end of an engine track"
     with server.context.database.read() as session:
         clip = Path(session.get_one(Video, reported["video"]["id"]).path)
     with open_video(clip) as imported, open_video(video) as original:

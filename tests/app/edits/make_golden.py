@@ -67,6 +67,25 @@ def splits(seed: int) -> list[dict[str, Any]]:
     return found
 
 
+def cuts(seed: int) -> list[dict[str, Any]]:
+    """A line across a key frame without a box, cut at that frame and elsewhere."""
+    rng = random.Random(seed)
+    docs = initial_documents()
+    for raw in (
+        {"name": "set_occluded", "frame": 8, "key": "m1", "value": True},
+        {"name": "set_box", "frame": 3, "key": "m1", "box": random_box(rng)},
+        {"name": "set_box", "frame": 18, "key": "m1", "box": random_box(rng)},
+        {"name": "interpolate", "frame": 3, "key": "m1", "first": 3, "last": 18, "value": True},
+    ):
+        docs |= apply_command(docs, ADAPTER.validate_python(raw))
+    found = []
+    for frame in (8, 9, 12):
+        for name, new in (("delete_from", {}), ("split", {"new_key": "hpart0001"})):
+            raw = {"name": name, "frame": frame, "key": "m1", **new}
+            found.append(_case(f"{name} at {frame}", docs, raw, rng)[0])
+    return found
+
+
 def _case(
     name: str, docs: dict[str, TrackDoc], raw: dict[str, Any], rng: random.Random
 ) -> tuple[dict[str, Any], dict[str, TrackDoc]]:
@@ -102,6 +121,7 @@ def main() -> None:
     made = {
         "random": cases(7, 60, 7, random_command),
         "splits": splits(7),
+        "cuts": cuts(7),
         "attributes": cases(7, 24, 9, random_attribute_command),
     }
     for name, found in made.items():

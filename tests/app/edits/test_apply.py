@@ -111,6 +111,21 @@ def test_split_and_delete_keep_the_shown_boxes(seed: int, length: int, frame: in
             assert is_near(box_shown(parts["hlater1"], f), box_shown(doc, f) if f >= frame else None), (key, f)
 
 
+@pytest.mark.parametrize("frame", [12, 13])
+def test_a_line_cut_at_a_key_frame_without_a_box_keeps_its_boxes(frame: int) -> None:
+    docs = apply(initial_documents(), name="set_occluded", key="m1", frame=12, value=True)
+    docs = apply(docs, name="set_box", key="m1", frame=3, box=[0, 0, 10, 10])
+    docs = apply(docs, name="set_box", key="m1", frame=20, box=[170, 0, 180, 10])
+    docs = apply(docs, name="interpolate", key="m1", frame=3, first=3, last=20)
+    cut = apply(docs, name="delete_from", key="m1", frame=frame)["m1"]
+    parts = apply(docs, name="split", key="m1", frame=frame, new_key="hlater1")
+    for f in range(21):
+        whole = box_shown(docs["m1"], f)
+        assert is_near(box_shown(cut, f), whole if f < frame else None), f
+        assert is_near(box_shown(parts["m1"], f), whole if f < frame else None), f
+        assert is_near(box_shown(parts["hlater1"], f), whole if f >= frame else None), f
+
+
 def test_a_half_without_boxes_of_the_engine_keeps_its_class() -> None:
     """m1 ends at frame 20 and people continued it; a drawn track has taken over the engine's m3 (50 to 70)."""
     docs = apply(initial_documents(), name="set_box", key="m1", frame=30, box=[0, 0, 9, 9])

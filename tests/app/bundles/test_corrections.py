@@ -1,0 +1,47 @@
+"""Corrections in the frames of a clip."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from app.bundles.corrections import shift_document
+from app.edits.documents import KeyFrame, Segment, TrackDoc
+
+BOX = (0.0, 0.0, 10.0, 10.0)
+ENDED = (Segment(track=7, first=0, last=50),)
+"""An engine track that ends before the clip, which has the frames 55 to 89."""
+
+
+def shifted(spans: dict[int, tuple[int, int]] | None = None, **content: Any) -> TrackDoc | None:
+    return shift_document(TrackDoc(key="m7", **{"segments": ENDED, **content}), 55, 90, 50, spans or {})
+
+
+def test_boxes_drawn_after_the_end_of_an_engine_track_are_kept() -> None:
+    found = shifted(keys={"52": KeyFrame(box=BOX), "55": KeyFrame(box=BOX), "80": KeyFrame(box=BOX)})
+    assert found is not None
+    assert not found.segments
+    assert found.keys == {"5": KeyFrame(box=BOX), "30": KeyFrame(box=BOX)}
+
+
+def test_a_track_of_the_clip_merged_into_an_ended_one_is_kept() -> None:
+    found = shifted({4: (2, 30)}, segments=(*ENDED, Segment(track=4, first=51, last=80)))
+    assert found is not None
+    assert found.segments == (Segment(track=4, first=2, last=30),)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {},
+        {"class_id": 3},
+        {"keys": {"52": KeyFrame(box=BOX)}},
+        {"keys": {"60": KeyFrame(occluded=True)}},
+        {"keys": {"60": KeyFrame(box=BOX, outside=True)}},
+        {"keys": {"60": KeyFrame(box=BOX)}, "gone": True},
+    ],
+)
+def test_an_ended_track_that_shows_nothing_in_the_clip_is_left_out(content: dict[str, Any]) -> None:
+    assert shifted(**content) is None
+    assert shifted({7: (0, 0)}, **content) is not None
