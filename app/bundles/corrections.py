@@ -152,9 +152,12 @@ def _keys_within(doc: TrackDoc, first: int, stop: int) -> dict[int, KeyFrame]:
     before = doc.last_key(first)
     if before is not None and before < first:
         state = doc.keys[str(before)]
-        keys[first] = state.model_copy(update={"box": doc.line_at(first), "class_id": None})
+        keys[first] = state.model_copy(update={"box": None, "class_id": None})
     last = stop - 1
-    if last not in keys and (line := doc.line_at(last)) is not None and doc.next_key(last) is not None:
+    if last not in keys and doc.line_at(last) is not None:
         state = doc.keys[str(doc.last_key(last))]
-        keys[last] = KeyFrame(**{**state.state(), "outside": False, "interpolate": True}, box=line)
+        keys[last] = KeyFrame(**{**state.state(), "outside": False, "interpolate": True})
+    for frame in {first, last} & keys.keys():
+        if (line := doc.line_at(frame)) is not None:  # a key frame without a box can lie on an interpolated line
+            keys[frame] = keys[frame].model_copy(update={"box": line})
     return dict(sorted(keys.items()))

@@ -31,6 +31,19 @@ def test_a_track_of_the_clip_merged_into_an_ended_one_is_kept() -> None:
     assert found.segments == (Segment(track=4, first=2, last=30),)
 
 
+@pytest.mark.parametrize("bare", [55, 89])
+def test_interpolated_boxes_are_kept_if_a_key_frame_without_a_box_ends_the_clip(bare: int) -> None:
+    line = {
+        "40": KeyFrame(box=(40.0, 0.0, 50.0, 10.0), interpolate=True),
+        str(bare): KeyFrame(occluded=True, interpolate=True),
+        "100": KeyFrame(box=(100.0, 0.0, 110.0, 10.0)),
+    }
+    found = shifted(keys=line)
+    assert found is not None
+    assert [found.line_at(frame - 50) for frame in (55, 70, 89)] == [(f, 0.0, f + 10.0, 10.0) for f in (55, 70, 89)]
+    assert found.keys[str(bare - 50)].occluded
+
+
 @pytest.mark.parametrize(
     "content",
     [
