@@ -48,6 +48,7 @@ def _project(*tasks: str, tracks: dict[int, tuple[int, ...]], said: str = ' task
         ({"size": 20, "start": 7, "filter": "step = 5"}, 107),
         ({"size": 40, "subset": "train"}, 0),
         ({"size": 40, "width": 1280}, 40),
+        ({"size": 40, "stop": "9" * 5000}, 40),
     ],
 )
 def test_a_project_gives_the_task_of_the_video(read_file: Read, before: dict[str, object], offset: int) -> None:

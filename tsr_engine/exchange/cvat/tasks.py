@@ -133,7 +133,7 @@ class VideoTask:
 
 def _stop(node: Node) -> int | None:
     stop = node.value("stop_frame")
-    return int(stop) if stop.isascii() and stop.isdigit() else None
+    return int(stop) if stop.isascii() and stop.isdigit() and len(stop) < 10 else None
 
 
 def _whole(node: Node, name: str, file: str) -> int:
