@@ -127,8 +127,8 @@ def publish_videos(session: Session, events: EventBus, video_ids: Sequence[str])
     """Notify pages of the state of many videos, with a few queries for all of them."""
     session.flush()
     for part in in_parts(video_ids):
-        for fields in _fields(session, Video.id.in_(part)):
-            events.publish(session, "video", fields["id"], fields)
+        found = {fields["id"]: fields for fields in _fields(session, Video.id.in_(part))}
+        events.publish_all(session, "video", found)
 
 
 def publish_video(session: Session, events: EventBus, video: Video) -> None:

@@ -88,7 +88,7 @@ def test_many_videos_are_tagged_with_few_queries(tmp_path: Path) -> None:
     assert change_tags(database, events, TagRequest(videos=videos, add=["night", "rain"], remove=[])) == 600
     assert change_tags(database, events, TagRequest(videos=videos[:2], add=["rain", "snow"], remove=["snow"])) == 0
     assert change_tags(database, events, TagRequest(videos=videos, add=[], remove=["rain"])) == 600
-    assert sum(statement.startswith("SELECT") for statement in statements) < 50
+    assert len(statements) < 50
     with database.read() as session:
         told = events.after(session, 0, 10_000)
         assert len(told) == 1 + 600 + 600
