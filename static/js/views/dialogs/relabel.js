@@ -96,7 +96,7 @@ export function relabelDialog({ app, data, close, signal }) {
   const votes = voteShares(review && key ? documentLane(key, review.docs[key], review.laneOf)?.lane : null);
   let { labels } = app.store.get();
   let setKey = labelSetKey(app.store.get());
-  /** Whether the track is accepted together with the label. */
+  /** Whether the key that is handled now also accepts the track. */
   let acceptsTrack = false;
   const boxRadio = h('input', {
     type: 'radio',
@@ -158,12 +158,13 @@ export function relabelDialog({ app, data, close, signal }) {
 
   /** Change the set, then assign the changed label. @param {import('../../types.js').LabelChange} labelChange */
   async function changeSet(labelChange) {
+    const accepts = acceptsTrack;
     picker.search.readOnly = true;
     setText(errorText, '');
     try {
       const { label } = await app.labels.change(labelChange, setKey);
       if (signal.aborted) return;
-      if (label !== null) choose(label);
+      if (label !== null) choose(label, accepts);
     } catch (thrown) {
       if (signal.aborted) return;
       setText(errorText, errorMessage(thrown));
@@ -173,15 +174,15 @@ export function relabelDialog({ app, data, close, signal }) {
     }
   }
 
-  /** @param {Label} label */
-  function choose(label) {
+  /** @param {Label} label @param {boolean} [accepts]   whether the track is accepted together with the label */
+  function choose(label, accepts = acceptsTrack) {
     addRecentLabel(label);
     if (draft) remember('draw.label', label.key);
-    applyLabel(label.id, label.key);
+    applyLabel(label.id, label.key, accepts);
   }
 
-  /** @param {number|null} class_id @param {string} [label_key]   key of the chosen label, because the set may change */
-  function applyLabel(class_id, label_key) {
+  /** @param {number|null} class_id @param {string} [label_key]   key of the chosen label, because the set may change @param {boolean} [accepts] */
+  function applyLabel(class_id, label_key, accepts = false) {
     const now = app.store.get().review;
     const currentDoc = now && key ? docOf(now, key) : null;
     if (draft) {
@@ -195,7 +196,7 @@ export function relabelDialog({ app, data, close, signal }) {
         ...(label_key !== undefined && { label_key }),
       });
     close();
-    if (acceptsTrack && key && app.store.get().review?.selected === key) judge(app, 'accepted');
+    if (accepts && key && app.store.get().review?.selected === key) judge(app, 'accepted');
   }
 
   /** The button that removes a label: a box then has its track's label, a track the engine's. */
@@ -216,14 +217,8 @@ export function relabelDialog({ app, data, close, signal }) {
     },
     { capture: true },
   );
-  // a click takes the label only, also after a Ctrl+Enter that found none
-  picker.list.addEventListener('click', () => (acceptsTrack = false), { capture: true });
-  /** @param {number|null} class_id */
-  const applyOnly = (class_id) => {
-    acceptsTrack = false;
-    applyLabel(class_id);
-  };
   picker.search.addEventListener('keydown', (event) => {
+    acceptsTrack = false; // the list has handled the key; a later click takes the label only
     if (event.altKey && event.key.toLowerCase() === 'b') {
       event.preventDefault();
       (boxRadio.checked ? trackRadio : boxRadio).checked = true;
@@ -233,10 +228,10 @@ export function relabelDialog({ app, data, close, signal }) {
   if (!draft) picker.onEnter(close);
   const notInSetButton = h(
     'button.btn',
-    { title: 'A sign without a label in the set', onclick: () => applyOnly(NO_CLASS) },
+    { title: 'A sign without a label in the set', onclick: () => applyLabel(NO_CLASS) },
     'Not in the set',
   );
-  const resetButton = h('button.btn', { onclick: () => applyOnly(null) });
+  const resetButton = h('button.btn', { onclick: () => applyLabel(null) });
   offerLabels();
   picker.reveal();
   return {
