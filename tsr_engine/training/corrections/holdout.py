@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.evaluation.detection import match, score_detections
-from tsr_engine.geometry.boxes import area, intersection, iou, non_overlap
+from tsr_engine.geometry.boxes import covered_share, iou, non_overlap
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
@@ -141,8 +141,7 @@ def evaluate_detection(
 
 def _is_counted(boxes: FloatArray, truth: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
     """Which detections count: those on a sign, and those on no ignored place."""
-    ignored_share = intersection(boxes, ignored) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
-    is_ignored = (np.maximum(iou(boxes, ignored), ignored_share) >= 0.5).any(axis=1)
+    is_ignored = covered_share(boxes, ignored) >= 0.5  # the IoU is never larger
     return np.asarray(~is_ignored | (iou(boxes, truth) >= 0.5).any(axis=1))
 
 
