@@ -212,6 +212,7 @@ def _class(label: Label) -> JsonObject:
         "name": label.name,
         **({"aliases": list(label.aliases)} if label.aliases and not known else {}),
         **({} if label.teach == "sign" else {"teach": label.teach}),
+        **({} if label.merged_into is None else {"merged_into": label.merged_into}),
     }
 
 
@@ -232,6 +233,7 @@ def labels_of(content: JsonMapping) -> LabelSet:
                 name=each["name"],
                 aliases=tuple(each.get("aliases", ())),
                 teach=each.get("teach", "sign"),
+                merged_into=each.get("merged_into"),
             )
             for each in content["classes"]
         )

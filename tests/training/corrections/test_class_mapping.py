@@ -151,6 +151,20 @@ def test_an_ignored_region_is_neither_sign_nor_background(tmp_path: Path) -> Non
     assert any(len(scene.scene.ignored) for scene in scenes)
 
 
+def test_an_export_stores_merged_labels(tmp_path: Path) -> None:
+    """The merged label's words may have become another label's, and a model may have its key."""
+    stop = CUSTOM_SET.labels[0].model_copy(update={"aliases": ("stop", "old stop")})
+    labels = CUSTOM_SET.model_copy(update={"labels": (stop, *CUSTOM_SET.labels[1:])})
+    tracks = [make_track("m1", label=1)]
+    path = write_video(tmp_path / "toy.mp4", tracks)
+    out = tmp_path / "export"
+    export_dataset(Dataset(labels, (make_video(tracks, path),)), format_named("cvat-video"), out, zipped=False)
+    found = open_export(out, lambda *_: path, tmp_path)
+    assert found.dataset.labels.resolved(5) == 1
+    assert new_label_keys([found], ("x", "old-stop")) == ()
+    assert result([found], ("x", "old-stop")) == [{"m1": ("sign", 1)}]
+
+
 def test_an_export_stores_the_training_classes_of_its_labels(tmp_path: Path) -> None:
     tracks = [separate_track("m1", 0, label=1), separate_track("m3", 0, first=22, frames=10, label=3)]
     path = write_video(tmp_path / "toy.mp4", tracks)
