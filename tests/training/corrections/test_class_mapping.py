@@ -131,7 +131,16 @@ def test_two_exports_of_one_video_may_contradict_each_other() -> None:
     found = map_to_classes([one, other], None)
     assert [len(export.notes) for export in found] == [0, 1]
     assert "m1 says 'Állj', m1 says 'give way'" in found[1].notes[0]
-    assert result([one, same]) == [{"m1": ("sign", 14)}] * 2, "one label by two names is no contradiction"
+    assert result([one, same]) == [{"m1": ("sign", 14)}, {"m1": ("unknown", -1)}], "one label by two names"
+    assert [export.notes for export in map_to_classes([one, same], None)] == [(), ()]
+
+
+def test_a_sign_of_two_exports_is_learned_once() -> None:
+    """Under two names, it could be held out under one and learned under the other."""
+    first, again = opened([make_track("m1", label=1)]), opened([make_track("7", label=1, frames=12)], name="b.zip")
+    assert result([first, again]) == [{"m1": ("sign", 14)}, {"7": ("unknown", -1)}]
+    rejected = [opened([make_track(uid, label=1, state="rejected")]) for uid in ("m1", "7")]
+    assert result(rejected) == [{"m1": ("rejected", 14)}, {"7": ("unknown", -1)}]
 
 
 def test_many_contradictions_are_counted() -> None:

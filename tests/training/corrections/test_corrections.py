@@ -83,6 +83,19 @@ def test_frames_have_signs_rejected_and_ignored_places(scenes: list[CorrectedSce
         np.testing.assert_array_equal(s.scene.occupied, np.concatenate([s.scene.boxes, s.scene.ignored]))
 
 
+def test_places_of_signs_in_another_export_are_no_background(tmp_path: Path) -> None:
+    one, two = make_track("m1"), make_track("m2", side=30.0)
+    two = replace(two, boxes=two.boxes + np.array([0, 90, 0, 90]))
+    path = write_video(tmp_path / "a.mp4", [one, two])
+    videos = (make_video([one], path), make_video([one, two], path))
+    found = corrected_scenes(Dataset(shipped_set(DEFAULT), videos), tmp_path / "work", Sampling(signs=4, background=4))
+    of_first = [s for s in found if s.signs == ("toy.mp4/m1",)]
+    assert of_first
+    for s in of_first:
+        np.testing.assert_array_equal(s.scene.ignored, two.boxes[[int(s.scene.name.split("#")[1])]])
+    assert all(not len(s.scene.ignored) for s in found if len(s.signs) == 2), "it has both"
+
+
 def test_pictures_are_decoded_once(tmp_path: Path) -> None:
     one = make_track()
     there = Dataset(shipped_set(DEFAULT), (make_video([one], write_video(tmp_path / "a.mp4", [one])),))

@@ -116,16 +116,16 @@ def retrain(
         StorageError: no space.
     """
     with one_blas_thread():  # the order of sums, and so every byte, is independent of the number of cores
-        scenes: list[CorrectedScene] = []
-        split_of_sign: dict[str, str] = {}
         old = _load(parent)
         keys = old["classifier"].params.get("labels") or default_keys()
         further = new_label_keys(exports, keys) if "classifier" in recipe.parts else ()
         exports = map_to_classes(exports, (*keys, *further))
-        for number, export in enumerate(exports):
-            folder = work / f"e{number:02d}"
-            scenes += corrected_scenes(export.dataset, folder, recipe.sampling, progress, export.pictures, recipe.seed)
-            split_of_sign.update({f"{video}/{uid}": subset for (video, uid), subset in export.split.items()})
+        united = replace(exports[0].dataset, videos=[video for export in exports for video in export.dataset.videos])
+        pictures = [own for export in exports for own in export.pictures]
+        scenes = corrected_scenes(united, work, recipe.sampling, progress, pictures, recipe.seed)
+        split_of_sign = {
+            f"{video}/{uid}": subset for export in exports for (video, uid), subset in export.split.items()
+        }
         _require_signs(scenes, exports)
         scenes, further = drop_unseen_labels(scenes, len(keys), further)
         base = {**old, "classifier": _extend_labels(old["classifier"], further)}
