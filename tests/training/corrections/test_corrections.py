@@ -144,6 +144,13 @@ def test_whole_videos_are_held_out_if_there_are_several(scenes: list[CorrectedSc
     assert hold_out(every, 4, 0.25).signs == holdout.signs
 
 
+def test_videos_that_the_earlier_version_lacks_are_held_out_first(scenes: list[CorrectedScene]) -> None:
+    every = _three_videos(scenes)
+    for seed in range(6):
+        assert {s.video for s in hold_out(every, seed, 0.25, learned={"a", "c"}).held} == {"b"}
+    assert hold_out(every, 0, 0.25, learned={"a", "b", "c"}).signs == hold_out(every, 0, 0.25).signs
+
+
 def test_signs_of_one_video_are_ignored_on_the_other_side(scenes: list[CorrectedScene]) -> None:
     two = [replace(s, signs=tuple(f"{n}{i % 2}" for n in s.signs)) for i, s in enumerate(scenes)]
     holdout = hold_out(two, 0, 0.25)

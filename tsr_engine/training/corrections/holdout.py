@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -57,7 +57,11 @@ class HoldoutSplit:
 
 
 def hold_out(
-    scenes: Sequence[CorrectedScene], seed: int, share: float, given_split: Mapping[str, str] | None = None
+    scenes: Sequence[CorrectedScene],
+    seed: int,
+    share: float,
+    given_split: Mapping[str, str] | None = None,
+    learned: Collection[str] = (),
 ) -> HoldoutSplit:
     """Hold out a share of the corrected signs: whole videos where there are several, else single signs.
 
@@ -67,6 +71,7 @@ def hold_out(
         share: of the videos or signs that are held out, at least one; 0: none.
         given_split: subset of each sign in an earlier split (``train``, ``val``, ``test``); what is not ``train`` is
             held out.
+        learned: videos that the earlier version has learned from; others are held out if there are any.
     """
     if share <= 0:
         return HoldoutSplit(list(scenes))
@@ -76,7 +81,7 @@ def hold_out(
     if outside_training and len(outside_training) < len(names):
         by, held = "export", frozenset(outside_training)
     else:
-        by, held = _draw_held_out(scenes, names, rng, share)
+        by, held = _draw_held_out(scenes, names, rng, share, learned)
     if not held:
         return HoldoutSplit(list(scenes))
     training = [scene.without(held) for scene in scenes]
@@ -95,7 +100,11 @@ def hold_out(
 
 
 def _draw_held_out(
-    scenes: Sequence[CorrectedScene], names: Sequence[str], rng: np.random.Generator, share: float
+    scenes: Sequence[CorrectedScene],
+    names: Sequence[str],
+    rng: np.random.Generator,
+    share: float,
+    learned: Collection[str],
 ) -> tuple[str, frozenset[str]]:
     of_video: dict[str, set[str]] = {}
     for scene in scenes:
@@ -105,7 +114,10 @@ def _draw_held_out(
     groups = videos if len(videos) > 1 else names
     if len(groups) < 2:
         return "none", frozenset()
-    drawn = [str(name) for name in rng.permutation(list(groups))[: max(1, round(share * len(groups)))]]
+    drawn = [str(name) for name in rng.permutation(list(groups))]
+    if groups is videos:
+        drawn = [name for name in drawn if name not in learned] or drawn
+    drawn = drawn[: max(1, round(share * len(groups)))]
     if groups is videos:
         return "video", frozenset().union(*(of_video[name] for name in drawn))
     return "sign", frozenset(drawn)
