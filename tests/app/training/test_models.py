@@ -263,6 +263,18 @@ def test_cancel_and_resume(api: TrainingClient, export: str) -> None:
     assert api.client.delete(f"/api/models/{made}").status_code == 204
 
 
+def test_a_version_that_is_no_longer_active_can_be_removed(api: TrainingClient, export: str) -> None:
+    first, second = (api.train(exports=[export], parts=["online"], seed=seed)["id"] for seed in (8, 9))
+    for made in (first, second):
+        assert api.client.post(f"/api/models/{made}/promote").status_code == 200
+    answer = api.client.delete(f"/api/models/{second}")
+    assert answer.status_code == 409
+    assert "is active. Promote another version, or roll back." in answer.text
+    assert api.client.delete(f"/api/models/{first}").status_code == 204
+    assert api.client.post("/api/models/rollback").json()["id"] == "shipped"
+    assert api.client.delete(f"/api/models/{second}").status_code == 204
+
+
 def test_a_version_can_start_from_another(api: TrainingClient, export: str, version: dict[str, Any]) -> None:
     child = api.train(exports=[export], parts=["online"], parent=version["id"])
     assert child["state"] == "complete", child["error"]
