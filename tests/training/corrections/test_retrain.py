@@ -219,6 +219,16 @@ def test_a_complete_training_copies_other_parts_and_resumes(tmp_path: Path, monk
         train_parts.train_parts(("online",), None, tmp_path / "out", 0, ignore_progress, gtsdb=scenes).models
         == report.models
     )
+    assert "labels" not in report.lineage
+    keys = [f"k{number}" for number in range(43)]
+    classifier = load_component("classifier")
+    save_component(replace(classifier, params={**classifier.params, "labels": keys}), tmp_path / "parent")
+    save_component(load_component("online"), tmp_path / "parent")
+    monkeypatch.undo()
+    child = train_parts.train_parts(
+        ("online",), tmp_path / "parent", tmp_path / "child", 0, ignore_progress, gtsdb=scenes
+    )
+    assert child.lineage["labels"] == keys, "the classifier of the parent is taken over with its labels"
     with pytest.raises(UsageError, match="classifier needs gtsrb"):
         train_parts.train_parts(("classifier",), None, tmp_path / "other", 0, ignore_progress, gtsdb=scenes)
 
