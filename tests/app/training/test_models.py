@@ -13,7 +13,7 @@ import pytest
 
 from app.exchange.retrain_task import export_reviews
 from app.jobs.context import Stopped, TaskContext
-from app.jobs.outcome import end_stopped_task
+from app.jobs.outcome import end_stopped_task, report_failure
 from app.storage.models import Job, ModelVersion, Run, Video
 from app.training.folders import models_for_start, models_of_run
 from app.training.task import retrain_models
@@ -247,6 +247,18 @@ def test_stopped_training_is_requeued_and_killed_training_restarts(api: Training
     assert not (models / made / "rubbish").exists()
     assert api.client.delete(f"/api/models/{made}").status_code == 204
     assert not (models / made).exists()
+
+
+def test_a_training_that_is_killed_too_often_leaves_no_pictures(api: TrainingClient, export: str) -> None:
+    made = api.ask(exports=[export], parts=["online"], name="Killed").json()["id"]
+    task = _claim(api, made, leaving=False)
+    models = api.home.settings.home / "models"
+    for suffix in (".part", ".work"):  # as left by a killed process
+        (models / f"{made}{suffix}" / "v000").mkdir(parents=True)
+    report_failure(task, "The worker was killed several times.")
+    assert api.view(made)["state"] == "failed"
+    assert [path.name for path in models.glob(f"{made}*")] == [f"{made}.part"], "finished parts are kept"
+    assert api.client.delete(f"/api/models/{made}").status_code == 204
 
 
 def test_cancel_and_resume(api: TrainingClient, export: str) -> None:
