@@ -166,6 +166,9 @@ def test_the_split_of_an_export_is_kept_and_one_sign_is_never_held_out(scenes: l
     holdout = hold_out(every, 0, 0.25, {names[0]: "val", names[1]: "train", names[2]: "test"})
     assert (holdout.by, holdout.signs) == ("export", frozenset({names[0], names[2]}))
     assert _signs(holdout.held) == holdout.signs
+    assert any(not s.signs for s in every)
+    assert {s.video for s in holdout.training} == {"b"}, "the background of a held-out video is held out too"
+    assert len(holdout.training) + len(holdout.held) == len(every)
     alone = hold_out(scenes, 0, 0.25)
     assert (alone.by, alone.held, alone.training) == ("none", [], scenes)
 

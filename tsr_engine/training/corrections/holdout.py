@@ -84,19 +84,13 @@ def hold_out(
         by, held = _draw_held_out(scenes, names, rng, share, learned)
     if not held:
         return HoldoutSplit(list(scenes))
-    training = [scene.without(held) for scene in scenes]
     rest = frozenset(names) - held
-    if by == "video":
-        videos = {scene.video for scene in scenes if held & set(scene.signs)}
-        return HoldoutSplit(
-            [s for s in training if s.video not in videos], [s for s in scenes if s.video in videos], by, held
-        )
-    return HoldoutSplit(
-        [s for s, full in zip(training, scenes, strict=True) if s.signs or not full.signs],
-        [s.without(rest) for s in scenes if held & set(s.signs)],
-        by,
-        held,
-    )
+    # Of a video without another sign, frames that show none are held out too: their background has been seen otherwise.
+    videos = {scene.video for scene in scenes if held & set(scene.signs)}
+    videos -= {scene.video for scene in scenes if rest & set(scene.signs)}
+    training = [s for s in scenes if s.video not in videos and (rest & set(s.signs) or not s.signs)]
+    tested = [s for s in scenes if s.video in videos or held & set(s.signs)]
+    return HoldoutSplit([s.without(held) for s in training], [s.without(rest) for s in tested], by, held)
 
 
 def _draw_held_out(
