@@ -109,9 +109,10 @@ bench-speed: $(VENV)/.installed ## time the engine by stage; GTSDB=folder adds t
 	$(BIN)/tsr track "$$($(BIN)/python -c 'from sample_videos import SHIPPED; print(SHIPPED[0].video)')" --timing
 	$(if $(GTSDB),$(BIN)/python -m benchmarks.timing.detection --gtsdb $(GTSDB))
 
-bench: $(VENV)/.installed ## benchmarks/REPORT.md anew; GTSDB=, GTSRB=, CLIPS=, LOOMING=, TUNING=, BOARDS= name the data, ONLY= some experiments
+bench: $(VENV)/.installed ## benchmarks/REPORT.md anew; GTSDB=, GTSRB=, CLIPS=, LOOMING=, TUNING=, BOARDS=, BEFORE=, FOREIGN=, DRIVES= name the data, ONLY= some experiments
 	$(BIN)/python -m benchmarks $(ONLY) $(if $(GTSDB),--gtsdb $(GTSDB)) $(if $(GTSRB),--gtsrb $(GTSRB)) \
-		$(if $(CLIPS),--clips $(CLIPS)) $(if $(LOOMING),--looming $(LOOMING)) $(if $(TUNING),--tuning $(TUNING)) $(if $(BOARDS),--boards $(BOARDS))
+		$(if $(CLIPS),--clips $(CLIPS)) $(if $(LOOMING),--looming $(LOOMING)) $(if $(TUNING),--tuning $(TUNING)) $(if $(BOARDS),--boards $(BOARDS)) \
+		$(if $(BEFORE),--before $(BEFORE)) $(if $(FOREIGN),--foreign $(FOREIGN)) $(if $(DRIVES),--drives $(DRIVES))
 
 clean: ## remove the environment and what was generated
 	rm -rf $(VENV) $(ORACLES) out runs .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

@@ -17,6 +17,7 @@ from app.outputs.folders import clear_folder
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Follow, ModelVersion, Output, Run, Video
+from app.training.folders import clear_training_pictures
 from app.videos.import_files import clear_import
 from tsr_engine.json_shapes import JsonObject
 
@@ -76,6 +77,7 @@ KINDS: Final = JobKinds(
             "retrain",
             "long",
             partial(on_job_failed, ModelVersion),
+            clear_training_pictures,
             load=_task("app.exchange.retrain_task:retrain"),
             on_note=partial(on_job_note, ModelVersion),
         ),

@@ -42,10 +42,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     data = Data(**{field.name: getattr(args, field.name) for field in fields(Data)})
     chosen = [] if args.report else [e for e in EXPERIMENTS if not args.names or e.name in args.names]
     try:
+        measured: list[str] = []
         if chosen:
             with alone(args.scratch):
-                _run(chosen, data, args.beside)
-        write_report(EXPERIMENTS, RESULTS, ROOT / "figures", ROOT / "REPORT.md", [e.name for e in chosen])
+                measured = _run(chosen, data, args.beside)
+        write_report(EXPERIMENTS, RESULTS, ROOT / "figures", ROOT / "REPORT.md", measured)
     except TsrError as error:
         sys.stderr.write(f"benchmarks: {error}\n")
         return error.exit_code
@@ -70,11 +71,13 @@ def alone(scratch: Path) -> Iterator[None]:
         yield
 
 
-def _run(experiments: Sequence[Experiment], data: Data, beside: bool) -> None:
+def _run(experiments: Sequence[Experiment], data: Data, beside: bool) -> list[str]:
+    """Run experiments and store their results; return the names of those that were measured."""
     stored_results = {e.name: Result.load(path) for e in experiments if (path := RESULTS / f"{e.name}.json").is_file()}
     if beside:
         for experiment in experiments:
             _require_other_processor(experiment, stored_results.get(experiment.name))
+    measured = []
     for experiment in experiments:
         stored = stored_results.get(experiment.name)
         began = time.monotonic()
@@ -82,14 +85,21 @@ def _run(experiments: Sequence[Experiment], data: Data, beside: bool) -> None:
         sys.stderr.flush()
         try:
             result = replace(experiment.run(data), name=experiment.name, machine=machine())
-        except (Skip, InputError) as why:  # an old figure never replaces one that could not be measured
-            result = Result(experiment.name, skipped=str(why), machine=machine())
-        sys.stderr.write(f"{result.skipped or 'done'} ({time.monotonic() - began:.0f} s)\n")
+        except (Skip, InputError) as why:
+            if stored is not None and not stored.skipped:
+                sys.stderr.write(f"skipped, the stored result stays: {why}\n")
+            else:
+                sys.stderr.write(f"skipped: {why}\n")
+                Result(experiment.name, skipped=str(why), machine=machine()).save(RESULTS)
+            continue
+        sys.stderr.write(f"done ({time.monotonic() - began:.0f} s)\n")
         if experiment.headline is not None:
             kept = stored if beside else None
             headline = experiment.headline
             result = result.beside(stored, headline) if kept is None else kept.beside(result, headline)
         result.save(RESULTS)
+        measured.append(experiment.name)
+    return measured
 
 
 def _require_other_processor(experiment: Experiment, stored: Result | None) -> None:

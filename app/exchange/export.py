@@ -16,7 +16,7 @@ from app.exchange.dataset import Source, VideoInfo, dataset_of
 from app.videos.checked_file import ChangedError
 from tsr_engine.errors import ExportError, UsageError
 from tsr_engine.exchange.export import CROP_FORMATS, export_dataset
-from tsr_engine.exchange.filters import Filters, NotInSet, count_open_left_out, filter_dataset
+from tsr_engine.exchange.filters import Filters, NotInSet, count_open_left_out, filter_dataset, with_left_out
 from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.manifest import Manifest
 from tsr_engine.exchange.registry import complete_switches, format_named
@@ -139,12 +139,13 @@ def export_sources(
         StorageError: the disk is full.
     """
     chosen = check_request(request)
+    every_track = dataset_of(sources)
     if request.tracks is not None:
         selected = request.tracks
         sources = [replace(source, keys=frozenset(selected.get(source.run_id or "", ()))) for source in sources]
     full_dataset = dataset_of(sources)
     filters = _filters(request, full_dataset.labels)
-    dataset = filter_dataset(resolve_merged_labels(full_dataset), filters)
+    dataset = with_left_out(filter_dataset(resolve_merged_labels(full_dataset), filters), every_track)
     if request.pictures != "none":
         for source in sources:
             _require_file(source)

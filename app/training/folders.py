@@ -5,6 +5,7 @@ A run records the hashes of its models, by which its version is found again.
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
@@ -26,6 +27,16 @@ SHIPPED_ID: Final = "shipped"
 """Name of a server's models without any training: those of the package, or of the setting ``models``."""
 RUN_COMPONENTS: Final[tuple[str, ...]] = ("detector", "prior", "classifier", "network_classifier", "online")
 """Components that a run uses and records."""
+
+
+def working_folder(home: Path, version_id: str) -> Path:
+    """The folder of unpacked exports and decoded pictures while a version is trained."""
+    return home / "models" / f"{version_id}.work"
+
+
+def clear_training_pictures(home: Path, version_id: str) -> None:
+    """Remove what a killed training has decoded, up to gigabytes; the parts that it has finished are kept."""
+    shutil.rmtree(working_folder(home, version_id), ignore_errors=True)
 
 
 def active_version(session: Session) -> ModelVersion | None:

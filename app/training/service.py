@@ -176,8 +176,8 @@ class TrainingService:
             require_local(session, version.place, version.name)
             if version.state in ACTIVE:
                 raise Conflict(f"{version.name} is {version.state}. Cancel it first.", code="still_running")
-            if version.promoted:
-                raise Conflict(f"{version.name} is promoted. Promote another version, or roll back.", code="in_use")
+            if version is active_version(session):
+                raise Conflict(f"{version.name} is active. Promote another version, or roll back.", code="in_use")
             user = _user(session, version)
             if user is not None:
                 raise Conflict(f"{version.name} is in use by {user}. Remove that first.", code="in_use")

@@ -16,6 +16,7 @@ from pathlib import Path
 from app.files.shared import ensure_local
 from app.jobs.context import Stopped, TaskContext
 from app.storage.models import ModelVersion, Output, Video
+from app.training.folders import working_folder
 from app.training.sources import export_age
 from app.training.view import publish_model
 from app.videos.checked_file import ChangedError, CheckedFile, library_file
@@ -83,7 +84,7 @@ def retrain_models(task: TaskContext, export_reviews: ExportReviews) -> None:
         version.state, version.error, version.note = "running", None, ""
         publish_model(session, task.events, version)
     final = home / "models" / version.id
-    part, work = final.with_suffix(".part"), final.with_suffix(".work")
+    part, work = final.with_suffix(".part"), working_folder(home, version.id)
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
     progress = _JobProgress(task)

@@ -121,7 +121,8 @@ def _report_folds(folds: JsonObject) -> str:
     wrong = round(folds["tracks"] * (1 - rates["clamped"]))
     return (
         f"With each of the {folds['tracks']} signs held out once (part 0 is the split above), {wrong} "
-        f"{'is' if wrong == 1 else 'are'} classified wrongly over {folds['frames'][-1]} frames, fused as shipped. "
+        f"{'is' if wrong == 1 else 'are'} classified wrongly over {folds['frames'][-1]} frames, fused as shipped. The "
+        "weights of a classifier have not seen its part; its temperature, one number, is fitted to that part. "
         f"Correct are {rates['clamped']:.4f} clamped, {rates['scale']:.4f} by scale and {rates['equal']:.4f} with "
         f"equal weights. {_verdicts(folds)}\n\n"
         f"{table(rows)}\n{_report_deltas(folds['deltas'])}\n"

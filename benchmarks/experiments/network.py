@@ -54,7 +54,8 @@ def _report(result: Result) -> str:
         f"{f['accuracy_shaken_boxes']:.4f} with boxes off by up to 11 % shift, 12 % scale and 6 % aspect at once. Over "
         f"{f['frames']} frames {wrong} of the {f['tracks']} signs {'is' if wrong == 1 else 'are'} classified wrongly. "
         f"A crop takes one thread {f['crop_ms']:.2f} ms (median of CPU time; bar 1 ms). *Fusing the votes of a sign* "
-        f"has the figures of the classifier, *Reading by classifier and network together* those of the default."
+        f"has the figures of the classifier, *Reading by classifier and network together* those of the default. "
+        "The temperature of each network is fitted to the part that it is measured on, which favours the likelihoods."
         f"\n\n{table(rows)}"
     )
 

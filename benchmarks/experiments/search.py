@@ -68,7 +68,7 @@ def _report(result: Result) -> str:
         f"{name} {each['mb']:,.0f} MB, filled in {each['fill_seconds']:,.0f} s" for name, each in databases.items()
     )
     verdict = f"exceeded by {'; '.join(dict.fromkeys(over))}" if over else "met by every question"
-    return f"{table(rows)}\nBar: a median of {MAX_MS:g} ms, {verdict}. Size of the database: {sizes}.\n"
+    return f"{table(rows)}\nBar of a question: a median of {MAX_MS:g} ms, {verdict}. Size of the database: {sizes}.\n"
 
 
 def _times(answer: JsonObject) -> str:

@@ -11,7 +11,7 @@ from benchmarks.reporting.summary import summary
 HEAD = """# What the engine does, measured
 
 `python -m benchmarks` (`make bench`) writes every number on this page from `benchmarks/results/*.json` and draws the
-pictures from the same files. An experiment that could not run says why. The last line of each section names the machine
+pictures from the same files. An experiment that never ran says why. The last line of each section names the machine
 that measured it: ratios of times carry over to other machines, milliseconds do not.
 
 The paper is Yuan, Xiong and Wang, *An Incremental Framework for Video-Based Traffic Sign Detection, Tracking, and

@@ -137,13 +137,31 @@ def test_an_unreadable_file_skips_only_its_part(
     monkeypatch.setattr(runner, "EXPERIMENTS", [replace(_toy("one"), run=broken), replace(_toy("two"), run=fine)])
     monkeypatch.setattr(runner, "ROOT", tmp_path)
     monkeypatch.setattr(runner, "RESULTS", tmp_path / "results")
-    _write(tmp_path, Result("one", "On toys.", {"value": 41.5}, {}, machine()))
     assert runner.main(["--scratch", str(tmp_path / "scratch")]) == 0
     text = (tmp_path / "REPORT.md").read_text(encoding="utf-8")
     assert "*Skipped:* Expected a number for x1 in row 3" in text
     assert "It is 7." in text
-    assert "41.5" not in text
     assert "done" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("figures", [{"value": 41.5}, {"older": 41.5}])
+def test_a_skipped_experiment_leaves_its_stored_result(
+    figures: dict[str, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def without_data(data: Data) -> Result:
+        data.need("clips")
+        raise AssertionError
+
+    monkeypatch.setattr(runner, "EXPERIMENTS", [replace(_toy("one"), run=without_data)])
+    monkeypatch.setattr(runner, "ROOT", tmp_path)
+    monkeypatch.setattr(runner, "RESULTS", tmp_path / "results")
+    _write(tmp_path, Result("one", "On toys.", figures, {}, machine()))
+    stored = (tmp_path / "results" / "one.json").read_bytes()
+    assert runner.main(["--scratch", str(tmp_path / "scratch"), "one"]) == 0
+    assert (tmp_path / "results" / "one.json").read_bytes() == stored
+    assert ("It is 41.5." in (tmp_path / "REPORT.md").read_text(encoding="utf-8")) == ("value" in figures)
+    said = capsys.readouterr().err
+    assert "one ... skipped, the stored result stays: no data: the folder `clips` was not given" in said
 
 
 def test_names_are_unique_and_valid_file_names() -> None:

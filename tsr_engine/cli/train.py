@@ -282,6 +282,10 @@ def _refine(asked: _Training) -> None:
     out, parent = asked.out, asked.parent
     if out.exists() and parent is not None and out.resolve() == parent.resolve():
         raise UsageError("--out names the folder of --from. A version is never overwritten: name another folder.")
+    from tsr_engine.io.models import MANIFEST
+
+    if (out / MANIFEST).exists():
+        raise UsageError(f"{out} holds a version already, which is never overwritten. Name another folder with --out.")
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.video_probe import video_sha256
     from tsr_engine.training.corrections.exports import open_export

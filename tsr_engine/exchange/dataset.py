@@ -87,6 +87,8 @@ class DatasetVideo:
         stop: frame after the last examined one.
         provenance: run, engine, models, parameters and edit revision, for the manifest.
         negatives: rejected tracks, which a format's writer must not write as signs.
+        left_out: tracks, or parts of them, that filters left out of an export: a retraining must not take their places
+            for background.
     """
 
     name: str
@@ -103,6 +105,7 @@ class DatasetVideo:
     stop: int = 0
     provenance: JsonMapping = field(default_factory=dict)
     negatives: tuple[Track, ...] = ()
+    left_out: tuple[Track, ...] = ()
     limits: VideoLimits | None = None
     table: FrameTable | None = None
     pixel_ratio: Fraction = Fraction(1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
@@ -99,6 +99,25 @@ def filter_dataset(dataset: Dataset, filters: Filters) -> Dataset:
         videos.append(part)
         skipped += _count_left_out(video, part, filters)
     return replace(dataset, videos=tuple(videos), skipped=tuple(skipped))
+
+
+def with_left_out(part: Dataset, whole: Dataset) -> Dataset:
+    """A part of a data set with the boxes that it lacks, in the frames of its videos, as their ``left_out``."""
+    videos = (
+        replace(video, left_out=tuple(_left_out(video, complete)))
+        for video, complete in zip(part.videos, whole.videos, strict=True)
+    )
+    return replace(part, videos=tuple(videos))
+
+
+def _left_out(part: DatasetVideo, whole: DatasetVideo) -> Iterator[Track]:
+    kept_frames = {track.uid: track.frames for track in part.tracks()}
+    for track in whole.tracks():
+        inside = (track.frames >= part.first) & (track.frames < (part.stop or part.frames))
+        kept = np.isin(track.frames, kept_frames.get(track.uid, ()))
+        lacking = select_frames(track, inside & ~kept)
+        if lacking is not None:
+            yield lacking
 
 
 def count_open_left_out(dataset: Dataset, filters: Filters) -> int:

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from tsr_engine.errors import ExportError, ImportFormatError
 from tsr_engine.exchange.check_track import check_track
 from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Skipped, Track
-from tsr_engine.exchange.filters import clip_track
+from tsr_engine.exchange.filters import clip_track, select_frames
 from tsr_engine.exchange.formats import ExportOptions, Format
 from tsr_engine.exchange.negatives import negative_as_json
 from tsr_engine.exchange.pictures import WrittenPicture, wanted_frames
@@ -193,6 +193,7 @@ def build_manifest(
                 if video.negatives
                 else {}
             )
+            | ({"left_out": left_out} if (left_out := _left_out(video, format)) else {})
             for index, (video, export_name) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True))
         ],
         "skipped": [{"what": item.what, "reason": item.reason} for item in skipped],
@@ -212,6 +213,7 @@ def _class(label: Label) -> JsonObject:
         "name": label.name,
         **({"aliases": list(label.aliases)} if label.aliases and not known else {}),
         **({} if label.teach == "sign" else {"teach": label.teach}),
+        **({} if label.merged_into is None else {"merged_into": label.merged_into}),
     }
 
 
@@ -232,6 +234,7 @@ def labels_of(content: JsonMapping) -> LabelSet:
                 name=each["name"],
                 aliases=tuple(each.get("aliases", ())),
                 teach=each.get("teach", "sign"),
+                merged_into=each.get("merged_into"),
             )
             for each in content["classes"]
         )
@@ -289,6 +292,15 @@ def _video(
         "provenance": dict(video.provenance),
         "frame_table": table,
     }
+
+
+def _left_out(video: DatasetVideo, format: Format) -> list[JsonObject]:
+    """Places without a box of the export that a retraining must not take for background."""
+    tracks = list(video.left_out)
+    if not format.ignores:  # its writer drops regions to ignore
+        ignored = (select_frames(track, track.ignore) for track in video.tracks() if track.ignore is not None)
+        tracks += [track for track in ignored if track is not None]
+    return [{"frames": track.frames.tolist(), "boxes": track.boxes.round(1).tolist()} for track in tracks]
 
 
 def _dump(value: object) -> str:

@@ -26,7 +26,7 @@ class ManifestSummary:
 
     Attributes:
         format: the manifest's section on the format.
-        videos: its videos without frame tables.
+        videos: its videos without frame tables and left-out boxes.
     """
 
     format: JsonMapping
@@ -111,7 +111,8 @@ def _read(path: Path, _changed: int, _size: int) -> ManifestSummary | None:
             elif key == "format" and isinstance(value, dict):
                 format_section = value
             elif key == "videos" and isinstance(value, dict):
-                value.pop("frame_table", None)
+                for name in ("frame_table", "left_out"):
+                    value.pop(name, None)
                 videos.append(value)
     except ImportFormatError:
         return None

@@ -75,6 +75,13 @@ def iou_each(a: ArrayLike, b: ArrayLike) -> FloatArray:
     return np.asarray(np.divide(inter, union, out=np.zeros_like(inter), where=union > 0))
 
 
+def covered_share(boxes: ArrayLike, regions: ArrayLike) -> FloatArray:
+    """The largest share of each box that lies in one of the regions, in [0, 1], shape (n,); 0 without regions."""
+    inter = intersection(boxes, regions)
+    areas = np.reshape(area(boxes), (-1, 1))
+    return np.asarray(np.divide(inter, areas, out=np.zeros_like(inter), where=areas > 0).max(axis=1, initial=0.0))
+
+
 def non_overlap(a: ArrayLike, b: ArrayLike) -> FloatArray:
     """Localisation error of Eq. 7, ``1 - inter / max(area)``, in [0, 1], shape (n, m); 0 is perfect."""
     inter = intersection(a, b)

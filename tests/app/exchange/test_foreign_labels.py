@@ -264,6 +264,20 @@ def test_open_tracks_are_left_out_and_counted(api: ExchangeClient) -> None:
     assert (made["counts"]["tracks"], made["open_left"]) == (1, len(api.tracks()) - 1)
 
 
+def test_an_export_stores_the_places_of_tracks_that_it_leaves_out(api: ExchangeClient) -> None:
+    def places(**request: Any) -> list[Any]:
+        with zipfile.ZipFile(io.BytesIO(api.download(api.export(**request)))) as archive:
+            (video,) = json.loads(archive.read("manifest.json"))["videos"]
+        return list(video.get("left_out", []))
+
+    tracks = api.tracks()
+    assert places(states=ALL_STATES) == []
+    assert [one["frames"] for one in places(states=["edited"])] == [t.frames.tolist() for t in tracks.values()]
+    key = next(iter(tracks))
+    chosen = places(states=ALL_STATES, tracks={api.run_id: [key]})
+    assert [one["frames"] for one in chosen] == [t.frames.tolist() for k, t in tracks.items() if k != key]
+
+
 def test_signs_outside_the_set(api: ExchangeClient) -> None:
     key = next(iter(api.tracks()))
     api.edit({"name": "relabel_track", "key": key, "frame": 1, "class_id": -1}, {key: 0})

@@ -13,7 +13,7 @@ import pytest
 
 from app.exchange.retrain_task import export_reviews
 from app.jobs.context import Stopped, TaskContext
-from app.jobs.outcome import end_stopped_task
+from app.jobs.outcome import end_stopped_task, report_failure
 from app.storage.models import Job, ModelVersion, Run, Video
 from app.training.folders import models_for_start, models_of_run
 from app.training.task import retrain_models
@@ -249,6 +249,18 @@ def test_stopped_training_is_requeued_and_killed_training_restarts(api: Training
     assert not (models / made).exists()
 
 
+def test_a_training_that_is_killed_too_often_leaves_no_pictures(api: TrainingClient, export: str) -> None:
+    made = api.ask(exports=[export], parts=["online"], name="Killed").json()["id"]
+    task = _claim(api, made, leaving=False)
+    models = api.home.settings.home / "models"
+    for suffix in (".part", ".work"):  # as left by a killed process
+        (models / f"{made}{suffix}" / "v000").mkdir(parents=True)
+    report_failure(task, "The worker was killed several times.")
+    assert api.view(made)["state"] == "failed"
+    assert [path.name for path in models.glob(f"{made}*")] == [f"{made}.part"], "finished parts are kept"
+    assert api.client.delete(f"/api/models/{made}").status_code == 204
+
+
 def test_cancel_and_resume(api: TrainingClient, export: str) -> None:
     made = api.ask(exports=[export], parts=["online"], name="Third").json()["id"]
     assert api.client.post(f"/api/models/{made}/cancel").json()["state"] == "cancelled"
@@ -261,6 +273,18 @@ def test_cancel_and_resume(api: TrainingClient, export: str) -> None:
     end_stopped_task(task)
     assert api.view(made)["state"] == "cancelled"
     assert api.client.delete(f"/api/models/{made}").status_code == 204
+
+
+def test_a_version_that_is_no_longer_active_can_be_removed(api: TrainingClient, export: str) -> None:
+    first, second = (api.train(exports=[export], parts=["online"], seed=seed)["id"] for seed in (8, 9))
+    for made in (first, second):
+        assert api.client.post(f"/api/models/{made}/promote").status_code == 200
+    answer = api.client.delete(f"/api/models/{second}")
+    assert answer.status_code == 409
+    assert "is active. Promote another version, or roll back." in answer.text
+    assert api.client.delete(f"/api/models/{first}").status_code == 204
+    assert api.client.post("/api/models/rollback").json()["id"] == "shipped"
+    assert api.client.delete(f"/api/models/{second}").status_code == 204
 
 
 def test_a_version_can_start_from_another(api: TrainingClient, export: str, version: dict[str, Any]) -> None:

@@ -131,7 +131,16 @@ def test_two_exports_of_one_video_may_contradict_each_other() -> None:
     found = map_to_classes([one, other], None)
     assert [len(export.notes) for export in found] == [0, 1]
     assert "m1 says 'Állj', m1 says 'give way'" in found[1].notes[0]
-    assert result([one, same]) == [{"m1": ("sign", 14)}] * 2, "one label by two names is no contradiction"
+    assert result([one, same]) == [{"m1": ("sign", 14)}, {"m1": ("unknown", -1)}], "one label by two names"
+    assert [export.notes for export in map_to_classes([one, same], None)] == [(), ()]
+
+
+def test_a_sign_of_two_exports_is_learned_once() -> None:
+    """Under two names, it could be held out under one and learned under the other."""
+    first, again = opened([make_track("m1", label=1)]), opened([make_track("7", label=1, frames=12)], name="b.zip")
+    assert result([first, again]) == [{"m1": ("sign", 14)}, {"7": ("unknown", -1)}]
+    rejected = [opened([make_track(uid, label=1, state="rejected")]) for uid in ("m1", "7")]
+    assert result(rejected) == [{"m1": ("rejected", 14)}, {"7": ("unknown", -1)}]
 
 
 def test_many_contradictions_are_counted() -> None:
@@ -149,6 +158,20 @@ def test_an_ignored_region_is_neither_sign_nor_background(tmp_path: Path) -> Non
     scenes = corrected_scenes(there, tmp_path / "work", Sampling(signs=4, background=4))
     assert sum(len(scene.rejected) for scene in scenes) == 0
     assert any(len(scene.scene.ignored) for scene in scenes)
+
+
+def test_an_export_stores_merged_labels(tmp_path: Path) -> None:
+    """The merged label's words may have become another label's, and a model may have its key."""
+    stop = CUSTOM_SET.labels[0].model_copy(update={"aliases": ("stop", "old stop")})
+    labels = CUSTOM_SET.model_copy(update={"labels": (stop, *CUSTOM_SET.labels[1:])})
+    tracks = [make_track("m1", label=1)]
+    path = write_video(tmp_path / "toy.mp4", tracks)
+    out = tmp_path / "export"
+    export_dataset(Dataset(labels, (make_video(tracks, path),)), format_named("cvat-video"), out, zipped=False)
+    found = open_export(out, lambda *_: path, tmp_path)
+    assert found.dataset.labels.resolved(5) == 1
+    assert new_label_keys([found], ("x", "old-stop")) == ()
+    assert result([found], ("x", "old-stop")) == [{"m1": ("sign", 1)}]
 
 
 def test_an_export_stores_the_training_classes_of_its_labels(tmp_path: Path) -> None:

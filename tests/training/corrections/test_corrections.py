@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ from tests.training.corrected_tracks import make_track, make_video, write_video
 from tsr_engine.errors import ImportFormatError, InputError
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.export import export_dataset
+from tsr_engine.exchange.filters import Filters, filter_dataset, with_left_out
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.registry import format_named
 from tsr_engine.labels.files import DEFAULT, shipped_set
@@ -81,6 +83,19 @@ def test_frames_have_signs_rejected_and_ignored_places(scenes: list[CorrectedSce
         np.testing.assert_array_equal(s.scene.occupied, np.concatenate([s.scene.boxes, s.scene.ignored]))
 
 
+def test_places_of_signs_in_another_export_are_no_background(tmp_path: Path) -> None:
+    one, two = make_track("m1"), make_track("m2", side=30.0)
+    two = replace(two, boxes=two.boxes + np.array([0, 90, 0, 90]))
+    path = write_video(tmp_path / "a.mp4", [one, two])
+    videos = (make_video([one], path), make_video([one, two], path))
+    found = corrected_scenes(Dataset(shipped_set(DEFAULT), videos), tmp_path / "work", Sampling(signs=4, background=4))
+    of_first = [s for s in found if s.signs == ("toy.mp4/m1",)]
+    assert of_first
+    for s in of_first:
+        np.testing.assert_array_equal(s.scene.ignored, two.boxes[[int(s.scene.name.split("#")[1])]])
+    assert all(not len(s.scene.ignored) for s in found if len(s.signs) == 2), "it has both"
+
+
 def test_pictures_are_decoded_once(tmp_path: Path) -> None:
     one = make_track()
     there = Dataset(shipped_set(DEFAULT), (make_video([one], write_video(tmp_path / "a.mp4", [one])),))
@@ -129,6 +144,13 @@ def test_whole_videos_are_held_out_if_there_are_several(scenes: list[CorrectedSc
     assert hold_out(every, 4, 0.25).signs == holdout.signs
 
 
+def test_videos_that_the_earlier_version_lacks_are_held_out_first(scenes: list[CorrectedScene]) -> None:
+    every = _three_videos(scenes)
+    for seed in range(6):
+        assert {s.video for s in hold_out(every, seed, 0.25, learned={"a", "c"}).held} == {"b"}
+    assert hold_out(every, 0, 0.25, learned={"a", "b", "c"}).signs == hold_out(every, 0, 0.25).signs
+
+
 def test_signs_of_one_video_are_ignored_on_the_other_side(scenes: list[CorrectedScene]) -> None:
     two = [replace(s, signs=tuple(f"{n}{i % 2}" for n in s.signs)) for i, s in enumerate(scenes)]
     holdout = hold_out(two, 0, 0.25)
@@ -144,6 +166,9 @@ def test_the_split_of_an_export_is_kept_and_one_sign_is_never_held_out(scenes: l
     holdout = hold_out(every, 0, 0.25, {names[0]: "val", names[1]: "train", names[2]: "test"})
     assert (holdout.by, holdout.signs) == ("export", frozenset({names[0], names[2]}))
     assert _signs(holdout.held) == holdout.signs
+    assert any(not s.signs for s in every)
+    assert {s.video for s in holdout.training} == {"b"}, "the background of a held-out video is held out too"
+    assert len(holdout.training) + len(holdout.held) == len(every)
     alone = hold_out(scenes, 0, 0.25)
     assert (alone.by, alone.held, alone.training) == ("none", [], scenes)
 
@@ -204,6 +229,42 @@ class TestExports:
         with pytest.raises(InputError, match="Expected corrected signs to learn from.*has no track"):
             retrain([opened], Recipe(), None, tmp_path / "out", tmp_path / "work", lambda *_: None)
         assert not (tmp_path / "out").exists()
+
+    @pytest.mark.parametrize("format", ["cvat-video", "yolo"])
+    def test_places_of_tracks_that_are_left_out_are_no_background(self, format: str, tmp_path: Path) -> None:
+        ignored = np.arange(20) < 5
+        tracks = [
+            make_track("m1", ignore=ignored),
+            make_track("m2", 20, side=12.0, state="open"),
+            make_track("m3", 5, first=30),
+        ]
+        tracks[1] = replace(tracks[1], boxes=tracks[1].boxes + np.array([0, 90, 0, 90]))
+        path = write_video(tmp_path / "toy.mp4", tracks)
+        whole = Dataset(shipped_set(DEFAULT), (replace(make_video(tracks, path), sha256="ab" * 32),))
+        part = filter_dataset(whole, Filters(states=frozenset({"accepted"}), min_side=22.0, stop=25))
+        about = {"states": ["accepted"]}
+        options = ExportOptions(pictures="annotated")
+        out = tmp_path / "export"
+        chosen = format_named(format)
+        export_dataset(with_left_out(part, whole), chosen, out, options, zipped=False, about=about)
+        opened = open_export(out, lambda *_: path, tmp_path)
+        found = corrected_scenes(opened.dataset, tmp_path / "work", Sampling(signs=20, background=25))
+        for s in found:
+            k = int(s.scene.name.split("#")[1])
+            unknown = [] if k >= 20 else [tracks[1].boxes[k], *([tracks[0].boxes[k]] if k < 5 else [])]
+            np.testing.assert_allclose(
+                np.sort(s.scene.ignored, axis=0), np.sort(np.array(unknown).reshape(-1, 4), axis=0), atol=0.06
+            )
+            assert bool(s.signs) == (5 <= k < 20)
+        assert {int(s.scene.name.split("#")[1]) for s in found} == set(range(25))
+
+    def test_damaged_places_are_refused(self, tmp_path: Path) -> None:
+        out, path = self.export(tmp_path, "none", False)
+        content = json.loads((out / "manifest.json").read_text())
+        content["videos"][0]["left_out"] = [{"frames": [1, 2], "boxes": [[1, 2, 3, 4]]}]
+        (out / "manifest.json").write_text(json.dumps(content))
+        with pytest.raises(ImportFormatError, match="must list frames and as many boxes"):
+            open_export(out, lambda *_: path, tmp_path)
 
     def test_other_folders_are_refused(self, tmp_path: Path) -> None:
         (tmp_path / "x.zip").write_text("nothing")

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from tests.training.corrected_tracks import draw_corrected_scenes
+from tests.training.toy_scenes import draw_sign
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan, boost_further
 from tsr_engine.detection.prior import parzen
@@ -28,7 +30,7 @@ from tsr_engine.training.corrections.refine_classifier import (
 from tsr_engine.training.corrections.refine_detector import DetectorRefinement, refine_detector
 from tsr_engine.training.corrections.refine_online import refine_online
 from tsr_engine.training.corrections.refine_prior import blended_table, refined_lambda
-from tsr_engine.training.corrections.refine_windows import Cutting, with_margin
+from tsr_engine.training.corrections.refine_windows import Cutting, cut_windows, with_margin
 from tsr_engine.training.public.memory import Samples, samples_at
 
 
@@ -133,6 +135,21 @@ def test_the_seed_decides_and_a_stored_model_is_the_same(
     assert not np.array_equal(one.box_refinement.weights, other.box_refinement.weights)
     stored = AcfModel.from_arrays(*first)
     np.testing.assert_array_equal(_raw(stored, scenes[:2]), _raw(one, scenes[:2]))
+
+
+def test_a_region_to_ignore_gives_no_background(model: AcfModel, tmp_path: Path) -> None:
+    (scene,) = draw_corrected_scenes(tmp_path, range(1))
+    picture = read_picture(scene.scene.path).copy()
+    draw_sign(picture, 30.0, 30.0, 30.0, 0)
+    cv2.imwrite(str(scene.scene.path), picture)
+
+    def others(ignored: list[list[float]]) -> int:
+        marked = replace(scene, scene=replace(scene.scene, ignored=np.array(ignored).reshape(-1, 4)))
+        rng = np.random.default_rng(0)
+        return len(cut_windows(model, [marked], list(scene.signs), Cutting(), rng, check_progress).others)
+
+    assert others([]) > 0
+    assert others([[0.0, 0.0, 260.0, 200.0]]) == 0, "a region is much larger than a window in it"
 
 
 def test_the_box_refinement_follows_corrected_boxes(

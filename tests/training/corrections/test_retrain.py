@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,9 +32,12 @@ from tsr_engine.pipeline import load_reader, make_reader
 from tsr_engine.recognition.classifier import SignClassifier
 from tsr_engine.recognition.mixture import Mixture
 from tsr_engine.training.corrections import network_choice, retrain
+from tsr_engine.training.corrections.corrected_scenes import CorrectedScene
 from tsr_engine.training.corrections.public_figures import remembered_figures
 from tsr_engine.training.corrections.refine_classifier import SignCrop
+from tsr_engine.training.corrections.refine_prior import SceneDetections, held_out_detections
 from tsr_engine.training.corrections.retrain import Recipe
+from tsr_engine.training.progress import Progress
 from tsr_engine.training.public import train_parts
 from tsr_engine.training.public.memory import build_memory
 from tsr_engine.training.synthetic.classifier_augmentation import LoadedCrop, plain_view
@@ -82,14 +86,30 @@ def test_the_command_writes_a_complete_version(refined: tuple[Path, str]) -> Non
 
 
 def test_the_same_seed_gives_the_same_bytes_and_a_version_can_be_refined_again(
-    refined: tuple[Path, str], corrections: tuple[Path, Path], tmp_path: Path
+    refined: tuple[Path, str],
+    corrections: tuple[Path, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     out, _ = refined
     export, path = corrections
     words = ["--export", str(export), "--video", str(path)]
     assert run(["train", "all", *words, "--out", str(tmp_path / "again")]) == 0
     assert read_manifest(tmp_path / "again")["components"] == read_manifest(out)["components"]
+    assert run(["train", "all", *words, "--out", str(out)]) == 2
+    assert "holds a version already, which is never overwritten" in capsys.readouterr().err
+    looked_at: list[int] = []
+
+    def detections(model: AcfModel, scenes: Sequence[CorrectedScene], progress: Progress) -> SceneDetections:
+        looked_at.append(len(scenes))
+        return held_out_detections(model, scenes, progress)
+
+    monkeypatch.setattr(retrain, "held_out_detections", detections)
     assert run(["train", "lambda", *words, "--from", str(out), "--out", str(tmp_path / "child")]) == 0
+    assert looked_at == [0, 0], "the detector has learned from the only video"
+    said = capsys.readouterr().out.replace("\n", " ")
+    assert "has learned from 1 of 1 video with held-out signs, so the figures of both versions are too high" in said
     parent, child = (read_manifest(folder)["components"] for folder in (out, tmp_path / "child"))
     assert {n for n in child if child[n]["sha256"] != parent[n]["sha256"]} <= {"prior"}
     assert child["prior"]["data"]["centres"] == parent["prior"]["data"]["centres"]
@@ -199,6 +219,16 @@ def test_a_complete_training_copies_other_parts_and_resumes(tmp_path: Path, monk
         train_parts.train_parts(("online",), None, tmp_path / "out", 0, ignore_progress, gtsdb=scenes).models
         == report.models
     )
+    assert "labels" not in report.lineage
+    keys = [f"k{number}" for number in range(43)]
+    classifier = load_component("classifier")
+    save_component(replace(classifier, params={**classifier.params, "labels": keys}), tmp_path / "parent")
+    save_component(load_component("online"), tmp_path / "parent")
+    monkeypatch.undo()
+    child = train_parts.train_parts(
+        ("online",), tmp_path / "parent", tmp_path / "child", 0, ignore_progress, gtsdb=scenes
+    )
+    assert child.lineage["labels"] == keys, "the classifier of the parent is taken over with its labels"
     with pytest.raises(UsageError, match="classifier needs gtsrb"):
         train_parts.train_parts(("classifier",), None, tmp_path / "other", 0, ignore_progress, gtsdb=scenes)
 

@@ -52,6 +52,13 @@ def test_a_sign_that_fills_its_scene_gives_no_sample(tmp_path: Path) -> None:
         train_online([crowded], 1, positives=2)
 
 
+def test_a_region_to_ignore_gives_no_sample(tmp_path: Path) -> None:
+    scene = drawn_scenes(tmp_path)[0]
+    marked = Scene("marked", scene.path, scene.boxes, scene.class_ids, np.array([[0.0, 0.0, 220.0, 150.0]]))
+    with pytest.raises(InputError, match="room beside their signs, got 1 that"):
+        train_online([marked], 1, positives=2)
+
+
 def test_scenes_without_signs_are_refused(tmp_path: Path) -> None:
     empty = Scene("a.png", tmp_path / "a.png", np.zeros((0, 4)), np.zeros(0, dtype=np.int64))
     with pytest.raises(InputError, match="Expected scenes with signs"):

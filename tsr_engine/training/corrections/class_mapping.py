@@ -3,7 +3,8 @@
 A label's ``teach`` says how a retraining uses it: as a sign, as background, or not at all. Labels that the model lacks
 are added to it if its classifier is trained. A retraining does not use tracks without a label of the set, tracks of a
 region to ignore, tracks that contradict each other, or labels that the model lacks and is not given. The last two are
-reported by name.
+reported by name. Of a sign that several exports have it uses the first, because a sign under two names could be held
+out under one and learned under the other.
 """
 
 from __future__ import annotations
@@ -77,8 +78,8 @@ def map_to_classes(exports: Sequence[OpenedExport], keys: Sequence[str] | None) 
         keys: keys of the model's classes by number; None: those of ``gtsrb-43``.
     """
     tracks = [[tuple(video.tracks()) for video in export.dataset.videos] for export in exports]
-    found = _contradictions(exports, tracks, keys)
-    contradictory = {(used.export, used.video, used.uid) for pair in found for used in pair.tracks}
+    found, repeated = _pairs(exports, tracks, keys)
+    unused = {used.place for pair in found for used in pair.tracks} | {used.place for used in repeated}
     mapped = []
     for number, export in enumerate(exports):
         classes = classes_of_keys(keys, export.dataset.labels)
@@ -87,7 +88,7 @@ def map_to_classes(exports: Sequence[OpenedExport], keys: Sequence[str] | None) 
         for video_number, (video, video_tracks) in enumerate(zip(export.dataset.videos, tracks[number], strict=True)):
             kept = tuple(
                 replace(track, label=NO_CLASS, labels=None, state="needs_work")
-                if (number, video_number, track.uid) in contradictory
+                if (number, video_number, track.uid) in unused
                 else _as_classes(track, classes, missing_labels)
                 for track in video_tracks
             )
@@ -146,6 +147,10 @@ class _UsedTrack:
     key: str
     """Key for comparison: the model's class, else the key of its label; empty for background."""
 
+    @property
+    def place(self) -> tuple[int, int, str]:
+        return self.export, self.video, self.uid
+
 
 @dataclass(frozen=True, slots=True)
 class _Contradiction:
@@ -159,10 +164,10 @@ class _Contradiction:
         return self.tracks[1].export
 
 
-def _contradictions(
+def _pairs(
     exports: Sequence[OpenedExport], tracks: Sequence[Sequence[Sequence[Track]]], keys: Sequence[str] | None
-) -> list[_Contradiction]:
-    """Tracks of one video, in the same export or in two, that contradict each other."""
+) -> tuple[list[_Contradiction], list[_UsedTrack]]:
+    """Tracks of one video that contradict each other, and those that repeat one of an earlier export."""
     by_video: dict[str, list[_UsedTrack]] = {}
     names: dict[str, str] = {}
     for number, export in enumerate(exports):
@@ -174,18 +179,24 @@ def _contradictions(
                 label = _taught_label(track, classes)
                 if label is not None:
                     used_tracks.append(_UsedTrack(number, video_number, track.uid, track, *label))
-    found = []
+    found, repeated = [], []
     for name, every in by_video.items():
         every.sort(key=lambda one: (int(one.track.frames[0]), one.export, one.uid))
         for i, one in enumerate(every):
             for other in every[i + 1 :]:
                 if other.track.frames[0] > one.track.frames[-1]:
                     break
-                span = _overlapping_frames(one.track, other.track) if one.key != other.key else None
-                if span is not None:
-                    sides = (one, other) if one.export <= other.export else (other, one)
+                if one.key == other.key and one.export == other.export:
+                    continue
+                span = _overlapping_frames(one.track, other.track)
+                if span is None:
+                    continue
+                sides = (one, other) if one.export <= other.export else (other, one)
+                if one.key == other.key:
+                    repeated.append(sides[1])
+                else:
                     found.append(_Contradiction(sides, _sentence(names[name], sides, span)))
-    return found
+    return found, repeated
 
 
 def _taught_label(track: Track, classes: RunClasses) -> tuple[str, str] | None:

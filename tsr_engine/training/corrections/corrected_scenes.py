@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from tsr_engine.errors import InputError, StorageError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Track
+from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video import open_video
@@ -34,6 +35,8 @@ __all__ = ["CorrectedScene", "Sampling", "corrected_scenes", "is_reviewed", "ver
 
 _EDITED_SOURCES: Final = frozenset({"corrected", "human", "truth"})
 """Sources of open tracks that are used anyway, because a person has edited them."""
+_SAME_PLACE_IOU: Final = 0.5
+"""Least IoU of a box in another export with one that is used, so that it tells nothing more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +120,8 @@ def corrected_scenes(
     """Decode frames of a data set's reviewed videos into a folder.
 
     Args:
-        dataset: videos with their files; a video with neither file nor pictures is skipped.
+        dataset: videos with their files; a video with neither file nor pictures is skipped. A video may occur several
+            times, once for each export of it.
         work: folder for the pictures; existing ones are not decoded again.
         sampling: numbers of frames and tracks.
         progress: called with stage, frames done and total; may raise to stop.
@@ -140,7 +144,13 @@ def corrected_scenes(
             files = {int(k): video_pictures[int(k)] for k in frames if int(k) in video_pictures}
         else:
             files = _decode(video, video.path, work / f"v{number:03d}", frames, report)
-        out += _scenes_of_video(video, files, sampling, chosen)
+        elsewhere = [
+            track
+            for other in dataset.videos
+            if other is not video and video_name(other) == video_name(video)
+            for track in other.tracks()
+        ]
+        out += _scenes_of_video(video, files, sampling, chosen, elsewhere)
     return out
 
 
@@ -173,12 +183,22 @@ def _choose_tracks(dataset: Dataset, max_tracks: int, seed: int) -> frozenset[tu
 
 
 def _scenes_of_video(
-    video: DatasetVideo, files: Mapping[int, Path], sampling: Sampling, chosen: frozenset[tuple[str, str]]
+    video: DatasetVideo,
+    files: Mapping[int, Path],
+    sampling: Sampling,
+    chosen: frozenset[tuple[str, str]],
+    elsewhere: Sequence[Track],
 ) -> list[CorrectedScene]:
+    """Scenes of a video; places of tracks that it has ``elsewhere``, in other exports, are no background."""
     frames = {k: _Frame() for k in files}
     name = video_name(video)
     for track in video.tracks():
         _add_track(frames, track, f"{name}/{track.uid}", sampling.min_width, (name, track.uid) in chosen)
+    for track in elsewhere:
+        for i in np.flatnonzero(np.isin(track.frames, list(frames))):
+            frame = frames[int(track.frames[i])]
+            if not (iou(track.boxes[i], _rows([*frame.boxes, *frame.rejected])) >= _SAME_PLACE_IOU).any():
+                frame.ignored.append(track.boxes[i])
     scenes = []
     for number, frame in frames.items():
         scene = Scene(

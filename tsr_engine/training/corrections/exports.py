@@ -13,6 +13,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
 from tsr_engine.errors import ImportFormatError, InputError
 from tsr_engine.exchange.archive import unpack
 from tsr_engine.exchange.dataset import REJECTED, Dataset, DatasetVideo, Track
@@ -25,6 +27,7 @@ from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.opened_file import VideoSource
 from tsr_engine.io.video_limits import VideoLimits
 from tsr_engine.json_shapes import JsonMapping
+from tsr_engine.track_table import NO_CLASS
 from tsr_engine.training.corrections.corrected_scenes import verdict
 
 __all__ = ["OpenedExport", "open_export"]
@@ -107,6 +110,7 @@ def open_export(
                 f"{path.name} has no track that is marked as accepted. Export only accepted tracks, or in a format "
                 "that has review states, such as cvat-video or tracks-json."
             )
+        tracks += tuple(_left_out(entry, path.name))
         videos.append(replace(bare, tracks=lambda tracks=tracks: iter(tracks)))  # type: ignore[misc]
         pictures.append(own)
     about = {
@@ -153,6 +157,21 @@ def _pictures(folder: Path, entry: JsonMapping) -> dict[int, Path]:
         if place.is_relative_to(root) and place.is_file():
             found[int(frame)] = place
     return found
+
+
+def _left_out(entry: JsonMapping, name: str) -> Iterator[Track]:
+    """Boxes of the run that the export leaves out, as open tracks: their places are neither signs nor background."""
+    for number, one in enumerate(entry.get("left_out", ())):
+        try:
+            frames, boxes = np.array(one["frames"], np.int64), np.array(one["boxes"], np.float64)
+            blank = np.zeros(len(frames), np.bool_)
+            if boxes.shape != (len(frames), 4):
+                raise ValueError
+        except (KeyError, TypeError, ValueError, OverflowError):
+            raise ImportFormatError(
+                f"{name}: {MANIFEST} must list frames and as many boxes for all that is left out. Export again."
+            ) from None
+        yield Track(f"left-out-{number}", NO_CLASS, frames, boxes, blank, blank, np.full(len(frames), np.nan))
 
 
 def _reviewed(tracks: Iterator[Track], content: JsonMapping) -> Iterator[Track]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.evaluation.detection import match, score_detections
-from tsr_engine.geometry.boxes import area, intersection, iou, non_overlap
+from tsr_engine.geometry.boxes import covered_share, iou, non_overlap
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.params.detector import DetectorParams
@@ -57,7 +57,11 @@ class HoldoutSplit:
 
 
 def hold_out(
-    scenes: Sequence[CorrectedScene], seed: int, share: float, given_split: Mapping[str, str] | None = None
+    scenes: Sequence[CorrectedScene],
+    seed: int,
+    share: float,
+    given_split: Mapping[str, str] | None = None,
+    learned: Collection[str] = (),
 ) -> HoldoutSplit:
     """Hold out a share of the corrected signs: whole videos where there are several, else single signs.
 
@@ -67,6 +71,7 @@ def hold_out(
         share: of the videos or signs that are held out, at least one; 0: none.
         given_split: subset of each sign in an earlier split (``train``, ``val``, ``test``); what is not ``train`` is
             held out.
+        learned: videos that the earlier version has learned from; others are held out if there are any.
     """
     if share <= 0:
         return HoldoutSplit(list(scenes))
@@ -76,26 +81,24 @@ def hold_out(
     if outside_training and len(outside_training) < len(names):
         by, held = "export", frozenset(outside_training)
     else:
-        by, held = _draw_held_out(scenes, names, rng, share)
+        by, held = _draw_held_out(scenes, names, rng, share, learned)
     if not held:
         return HoldoutSplit(list(scenes))
-    training = [scene.without(held) for scene in scenes]
     rest = frozenset(names) - held
-    if by == "video":
-        videos = {scene.video for scene in scenes if held & set(scene.signs)}
-        return HoldoutSplit(
-            [s for s in training if s.video not in videos], [s for s in scenes if s.video in videos], by, held
-        )
-    return HoldoutSplit(
-        [s for s, full in zip(training, scenes, strict=True) if s.signs or not full.signs],
-        [s.without(rest) for s in scenes if held & set(s.signs)],
-        by,
-        held,
-    )
+    # Of a video without another sign, frames that show none are held out too: their background has been seen otherwise.
+    videos = {scene.video for scene in scenes if held & set(scene.signs)}
+    videos -= {scene.video for scene in scenes if rest & set(scene.signs)}
+    training = [s for s in scenes if s.video not in videos and (rest & set(s.signs) or not s.signs)]
+    tested = [s for s in scenes if s.video in videos or held & set(s.signs)]
+    return HoldoutSplit([s.without(held) for s in training], [s.without(rest) for s in tested], by, held)
 
 
 def _draw_held_out(
-    scenes: Sequence[CorrectedScene], names: Sequence[str], rng: np.random.Generator, share: float
+    scenes: Sequence[CorrectedScene],
+    names: Sequence[str],
+    rng: np.random.Generator,
+    share: float,
+    learned: Collection[str],
 ) -> tuple[str, frozenset[str]]:
     of_video: dict[str, set[str]] = {}
     for scene in scenes:
@@ -105,7 +108,10 @@ def _draw_held_out(
     groups = videos if len(videos) > 1 else names
     if len(groups) < 2:
         return "none", frozenset()
-    drawn = [str(name) for name in rng.permutation(list(groups))[: max(1, round(share * len(groups)))]]
+    drawn = [str(name) for name in rng.permutation(list(groups))]
+    if groups is videos:
+        drawn = [name for name in drawn if name not in learned] or drawn
+    drawn = drawn[: max(1, round(share * len(groups)))]
     if groups is videos:
         return "video", frozenset().union(*(of_video[name] for name in drawn))
     return "sign", frozenset(drawn)
@@ -141,8 +147,7 @@ def evaluate_detection(
 
 def _is_counted(boxes: FloatArray, truth: FloatArray, ignored: FloatArray) -> NDArray[np.bool_]:
     """Which detections count: those on a sign, and those on no ignored place."""
-    ignored_share = intersection(boxes, ignored) / np.maximum(np.reshape(area(boxes), (-1, 1)), 1e-9)
-    is_ignored = (np.maximum(iou(boxes, ignored), ignored_share) >= 0.5).any(axis=1)
+    is_ignored = covered_share(boxes, ignored) >= 0.5  # the IoU is never larger
     return np.asarray(~is_ignored | (iou(boxes, truth) >= 0.5).any(axis=1))
 
 

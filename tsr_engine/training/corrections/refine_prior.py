@@ -56,7 +56,7 @@ def blended_table(
 
 
 def held_out_detections(model: AcfModel, scenes: Sequence[CorrectedScene], progress: Progress) -> SceneDetections:
-    """Detections of a model that was not trained on the frames; those that touch an ignored region are left out."""
+    """Detections of a model that has not learned from the frames; those that touch an ignored region are left out."""
     detector = AcfDetector(model, params=DetectorParams(second_core=False, keep_score=-8.0))
     centres, scores, labels = [np.zeros((0, 2))], [np.zeros(0)], [np.zeros(0)]
     for done, scene in enumerate(scenes):

@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.refine.box_inset import BoxInset
 from tsr_engine.detection.refine.box_refinement import steps_between
-from tsr_engine.geometry.boxes import iou
+from tsr_engine.geometry.boxes import covered_share, iou
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.params.detector import DetectorParams
 from tsr_engine.records import FloatArray, Picture
 from tsr_engine.training.corrections.corrected_scenes import CorrectedScene
 from tsr_engine.training.progress import Progress
 from tsr_engine.training.public.memory import Samples, concatenate_samples, refined_at, samples_at
-from tsr_engine.training.public.mining import away_from_signs
+from tsr_engine.training.public.mining import SIGN_OVERLAP, away_from_signs
 from tsr_engine.training.public.patches import jitter, surroundings
 from tsr_engine.training.public.refine_stage import RefinementPlan, square_about
 from tsr_engine.training.synthetic.augment import relight, soften
@@ -124,14 +124,14 @@ def cut_windows(
             weights += [1.0 / (frames[name] * len(found))] * len(found)
             if not (iou(boxes, box[None]) >= 0.4).any():
                 floors.append(float(found.cascade.max()))
-        taken = np.concatenate([scene.scene.occupied, scene.rejected])
-        clear = np.flatnonzero(away_from_signs(boxes, taken))[: settings.background]
+        others_allowed = _is_background(boxes, scene) & away_from_signs(boxes, scene.rejected)
+        clear = np.flatnonzero(others_allowed)[: settings.background]
         if len(clear):
             add_others(samples_at(model, picture, boxes[clear], scores[clear]), 1.0, scene.video)
         if len(scene.rejected):
             fooled = with_margin(scene.rejected) if settings.tight else scene.rejected
             wrong = np.concatenate([fooled, *(jitter(box, rng, 0.08, 0.08)[None] for box in fooled)])
-            wrong = wrong[away_from_signs(wrong, scene.scene.occupied)]
+            wrong = wrong[_is_background(wrong, scene)]
             if len(wrong):
                 add_others(samples_at(model, picture, wrong), REJECTED_WEIGHT, scene.video)
     return TrainingWindows(
@@ -145,6 +145,12 @@ def cut_windows(
         np.array(floors),
         sum(len(scene.rejected) for scene in scenes),
     )
+
+
+def _is_background(boxes: FloatArray, scene: CorrectedScene) -> NDArray[np.bool_]:
+    """Which boxes overlap no sign and no ignored region; a region may be much larger than a box."""
+    clear = away_from_signs(boxes, scene.scene.occupied)
+    return np.asarray(clear & (covered_share(boxes, scene.scene.ignored) < SIGN_OVERLAP))
 
 
 def _samples_around(

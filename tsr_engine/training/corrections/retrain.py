@@ -24,6 +24,7 @@ from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonMapping, JsonObject
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.pipeline import make_reader, one_blas_thread
+from tsr_engine.plural import plural
 from tsr_engine.recognition.classifier import NETWORK_COMPONENT, SignClassifier
 from tsr_engine.training.corrections.class_mapping import drop_unseen_labels, map_to_classes, new_label_keys
 from tsr_engine.training.corrections.corrected_scenes import CorrectedScene, Sampling, corrected_scenes, video_name
@@ -116,20 +117,20 @@ def retrain(
         StorageError: no space.
     """
     with one_blas_thread():  # the order of sums, and so every byte, is independent of the number of cores
-        scenes: list[CorrectedScene] = []
-        split_of_sign: dict[str, str] = {}
         old = _load(parent)
         keys = old["classifier"].params.get("labels") or default_keys()
         further = new_label_keys(exports, keys) if "classifier" in recipe.parts else ()
         exports = map_to_classes(exports, (*keys, *further))
-        for number, export in enumerate(exports):
-            folder = work / f"e{number:02d}"
-            scenes += corrected_scenes(export.dataset, folder, recipe.sampling, progress, export.pictures, recipe.seed)
-            split_of_sign.update({f"{video}/{uid}": subset for (video, uid), subset in export.split.items()})
+        united = replace(exports[0].dataset, videos=[video for export in exports for video in export.dataset.videos])
+        pictures = [own for export in exports for own in export.pictures]
+        scenes = corrected_scenes(united, work, recipe.sampling, progress, pictures, recipe.seed)
+        split_of_sign = {
+            f"{video}/{uid}": subset for export in exports for (video, uid), subset in export.split.items()
+        }
         _require_signs(scenes, exports)
         scenes, further = drop_unseen_labels(scenes, len(keys), further)
         base = {**old, "classifier": _extend_labels(old["classifier"], further)}
-        holdout = hold_out(scenes, recipe.seed, recipe.held_out, split_of_sign)
+        holdout = hold_out(scenes, recipe.seed, recipe.held_out, split_of_sign, learned_videos(old))
         figures: JsonObject = {}
         worse: list[str] = []
         if holdout.held:
@@ -164,6 +165,8 @@ def retrain(
         return Report(figures, lineage, models)
 
 
+_LEARNED: Final = "corrected_videos"
+"""Name of the list of these videos in the facts about a component's data."""
 _FIGURE_TITLES: Final = {"remembered": "Remembered training data", "gtsdb": "GTSDB scenes", "gtsrb": "GTSRB tracks"}
 
 
@@ -184,6 +187,11 @@ def _load(parent: Path | None) -> Parts:
         if needed not in present:
             raise ModelError(f"The models in {folder} have no component '{needed}', so they cannot be refined.")
     return {name: load_component(name, folder) for name in sorted(present)}
+
+
+def learned_videos(parts: Parts) -> frozenset[str]:
+    """Names of the videos whose corrections components, or those that they were refined from, have learned."""
+    return frozenset(name for part in parts.values() for name in part.data.get(_LEARNED, ()))
 
 
 def _memory(parts: Parts) -> tuple[tuple[Samples, Samples] | None, Component | None]:
@@ -229,6 +237,9 @@ def _refine_parts(
         progress("samples for the online detector", 0, 1)
         new["online"] = refine_online(old["online"], scenes, recipe.seed)
         counts["online"] = dict(new["online"].data)
+    for name in [name for name in new if new[name] is not old.get(name)]:
+        videos = {*learned_videos({name: old[name]}), *(scene.video for scene in scenes)}
+        new[name] = replace(new[name], data={**new[name].data, _LEARNED: sorted(videos)})
     return new, counts
 
 
@@ -244,7 +255,9 @@ def _refine_prior(
         table, centres = blended_table(table, centres, scenes, sizes)
     weight = float(parent.params["lambda"])
     if "lambda" in recipe.parts:
-        detected = held_out_detections(model, scenes, progress)
+        learned = learned_videos({"detector": old["detector"]})
+        unseen = [scene for scene in scenes if scene.video not in learned]
+        detected = held_out_detections(model, unseen, progress)
         found = refined_lambda(table, dict(old["detector"].arrays), _SCENE_SIZE, detected)
         weight = weight if found is None else round(found, 6)
     data = {**parent.data, "centres": centres}
@@ -287,6 +300,17 @@ def _measure(parts: Parts, held: Sequence[CorrectedScene], progress: Progress) -
     return found | read
 
 
+def _learned_note(holdout: HoldoutSplit, learned: frozenset[str]) -> list[str]:
+    """The sentence for people about held-out videos that the earlier version has learned; none if there are none."""
+    held = {scene.video for scene in holdout.held}
+    if not held & learned:
+        return []
+    return [
+        f"The figures on held-out corrections: the earlier version has learned from {len(held & learned)} of "
+        f"{plural(len(held), 'video')} with held-out signs, so the figures of both versions are too high."
+    ]
+
+
 def _lineage(
     exports: Sequence[OpenedExport],
     recipe: Recipe,
@@ -301,7 +325,11 @@ def _lineage(
         "parts": list(recipe.parts),
         "seed": recipe.seed,
         "exports": [dict(export.about) for export in exports],
-        "notes": [*(note for export in exports for note in export.notes), *network_note(counts.get("network"))],
+        "notes": [
+            *(note for export in exports for note in export.notes),
+            *network_note(counts.get("network")),
+            *_learned_note(holdout, learned_videos(old)),
+        ],
         "held_out": {"share": recipe.held_out, "by": holdout.by, "signs": sorted(holdout.signs)},
         "used": {
             "frames": len(scenes),

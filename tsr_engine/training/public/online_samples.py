@@ -9,7 +9,7 @@ import numpy as np
 
 from tsr_engine.errors import InputError
 from tsr_engine.evidence.regions import FramePixels
-from tsr_engine.geometry.boxes import iou, to_cxcywh, to_xyxy
+from tsr_engine.geometry.boxes import covered_share, iou, to_cxcywh, to_xyxy
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.models import Component
 from tsr_engine.io.pictures import read_picture
@@ -20,6 +20,8 @@ __all__ = ["train_online"]
 
 TRIES: Final = 1000
 """Number of windows tried for a negative sample; a scene with any room needs a few."""
+MAX_OVERLAP: Final = 0.4
+"""Largest IoU of a negative sample with a sign, and largest share of it in an ignored region."""
 
 
 def train_online(scenes: Sequence[Scene], seed: int = 0, positives: int = 50) -> Component:
@@ -50,7 +52,7 @@ def train_online(scenes: Sequence[Scene], seed: int = 0, positives: int = 50) ->
         s, k = signs[index]
         pixels = FramePixels(read_picture(scenes[s].path))
         box = scenes[s].boxes[k]
-        window = _negative(box, scenes[s].occupied, pixels.width, pixels.height, number % 2 == 0, rng)
+        window = _negative(box, scenes[s], pixels.width, pixels.height, number % 2 == 0, rng)
         if window is None:
             continue
         vectors += [describe(pixels, box), describe(pixels, window)]
@@ -82,9 +84,9 @@ def _balanced(classes: Sequence[int], count: int, rng: np.random.Generator) -> l
 
 
 def _negative(
-    box: FloatArray, signs: FloatArray, width: int, height: int, near: bool, rng: np.random.Generator
+    box: FloatArray, scene: Scene, width: int, height: int, near: bool, rng: np.random.Generator
 ) -> FloatArray | None:
-    """A window of the sign's size with an IoU of at most 0.4 with every sign; None: none was found."""
+    """A window of the sign's size, away from signs and ignored regions; None: none was found."""
     cx, cy, w, h = to_cxcywh(box)
     for _ in range(TRIES):
         if near:
@@ -93,6 +95,7 @@ def _negative(
         else:
             centre = (rng.uniform(w / 2, width - w / 2), rng.uniform(h / 2, height - h / 2))
         window = to_xyxy(np.array([*centre, w, h]))
-        if float(iou(window, signs).max()) <= 0.4:
+        is_clear = float(iou(window, scene.occupied).max()) <= MAX_OVERLAP
+        if is_clear and covered_share(window, scene.ignored)[0] <= MAX_OVERLAP:
             return window
     return None

@@ -140,10 +140,13 @@ def train_parts(
             save_component(component, out)
         elif name not in requested and not requested & stale.get(name, set()):
             save_component(replace(old[name]), out)
-    models = {}
+    models: dict[str, str] = {}
+    labels: JsonObject = {}
     for name in sorted(read_manifest(out)["components"]):
         component = load_component(name, out)
         models[name] = component.sha256
+        if name == "classifier" and "labels" in component.params:
+            labels = {"labels": component.params["labels"]}
         if name in requested and component.figures:
             figures[name] = {"new": dict(component.figures), "parent": dict(old[name].figures) if name in old else {}}
     lineage = {
@@ -152,5 +155,6 @@ def train_parts(
         "seed": seed,
         "exports": [],
         "data": {"gtsdb": None if gtsdb is None else gtsdb.name, "gtsrb": None if gtsrb is None else gtsrb.name},
+        **labels,
     }
     return Report(figures, lineage, models)
