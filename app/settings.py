@@ -1,4 +1,4 @@
-"""All settings of the server: each field is a ``TSR_*`` variable and a flag of ``tsr review``."""
+"""All settings of the server: each field is a ``TSR_*`` variable, and the common ones are options of ``tsr review``."""
 
 from __future__ import annotations
 

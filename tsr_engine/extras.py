@@ -1,6 +1,6 @@
 """The extras of an installation: the extra of a missing package, and how to install it.
 
-``pip install tsr`` installs what ``tsr track`` needs. Other packages are imported only when they are used.
+An installation without extras has what ``tsr track`` needs. Other packages are imported only when they are used.
 """
 
 from __future__ import annotations

@@ -39,8 +39,8 @@ def get_frame(
 ) -> Response:
     """Frame k as the engine reads it. X-Frame-Ordinal and X-Frame-Pts identify it.
 
-    A client that scrubs may get a small, soft preview of the same frame, marked by `X-Frame-Exact: false`, while
-    further requests arrive.
+    With `preview`, a frame that takes long to decode may come as a small, soft picture, marked by
+    `X-Frame-Exact: false`.
     """
     preview = preview or glance  # former name
     served = context.frames.picture(video_id, ordinal, width, encoding, _tags(if_none_match), preview=preview)

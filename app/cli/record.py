@@ -34,9 +34,9 @@ def record(
     picture: Annotated[bool, typer.Option("--picture/--no-picture", help="Include the picture.")] = True,
     exact: Annotated[bool, typer.Option("--exact", help="Copy the video's own packets at any size.")] = False,
     frame: Annotated[
-        int | None, typer.Option("--at", metavar="FRAME", min=0, help="Frame that the views begin with.")
+        int | None, typer.Option("--at", metavar="FRAME", min=0, help="Frame to mark on the time panel.")
     ] = None,
-    track: Annotated[str | None, typer.Option("--track", metavar="N", help="Track that the views begin with.")] = None,
+    track: Annotated[str | None, typer.Option("--track", metavar="N", help="Track whose lines come first.")] = None,
     json: JsonOption = False,
 ) -> None:
     """Write a recording of frames for the Rerun viewer: picture, boxes, gate, votes and events.

@@ -56,7 +56,7 @@ PLAIN: Final = """(() => {
   history.replaceState(history.state, '', here);
 })();"""
 """Our script for machines without a graphics card: pictures are drawn without antialiasing (four samples per pixel),
-are not copied and have at most a quarter of a million pixels, which saves two fifths of their processor time. viser
+are not copied and have at most a quarter of a million pixels, which saves a third of their processor time. viser
 takes its resolution from the address. The script hides the renderer's name from viser, whose notice about software
 rendering covers the scene; the review page shows that notice beside it. With a graphics card, or an unknown renderer,
 viser's settings stay."""

@@ -30,7 +30,7 @@ NO_LABEL_WORD = "none"
 
 
 class SearchFilters(Model):
-    """Filters of tracks. All given filters must hold; of several values of one filter, one must."""
+    """Filters of tracks. All given filters must hold; of several values of a filter, one must (of attributes, all)."""
 
     label: Annotated[list[_Word], Field(max_length=100)] = Field(
         [], description="key, name, alias, short or #number; else words of a key, name or alias"

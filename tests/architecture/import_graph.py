@@ -33,9 +33,9 @@ JS_TYPE = re.compile(r"""\bimport\(\s*["'][^"']+["']\s*\)\s*\.""")
 PAGE = """# Import graph
 
 `python -m tests.architecture.import_graph --out docs/import-graph.md` writes this page. A test holds that it is up to
-date, and that neither rooms nor modules import each other in a circle. An arrow leads from a room to one that it
-imports. Arrows that follow from others are left out: A imports C is not drawn if A imports B and B imports C.
-`main.js` of the page imports every folder.
+date, and that neither folders nor modules import each other in a circle. An arrow leads from a folder or module to
+one that it imports. Arrows that follow from others are left out: A imports C is not drawn if A imports B and B imports
+C. `main.js` of the page imports every folder.
 
 """
 

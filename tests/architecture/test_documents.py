@@ -87,6 +87,40 @@ def test_named_files_exist(page: str) -> None:
     assert [place for place in places if not (ROOT / place).exists()] == []
 
 
+def test_named_tests_exist() -> None:
+    known = {path.stem for path in (ROOT / "tests").rglob("test_*.py")}
+    for path in (ROOT / "tests").rglob("test_*.py"):
+        known |= set(re.findall(r"^ *(?:async )?def (test_\w+)", path.read_text(encoding="utf-8"), re.MULTILINE))
+    named = {
+        (page.name, name) for page in PAGES for name in re.findall(r"[`:](test_\w+)`", page.read_text(encoding="utf-8"))
+    }
+    assert len(named) > 30
+    assert sorted(f"{page}: {name}" for page, name in named if name not in known) == []
+
+
+def test_named_attributes_exist() -> None:
+    sources = [path for place in ("app", "benchmarks", "tsr_engine") for path in (ROOT / place).rglob("*.py")]
+    code = "\n".join(path.read_text(encoding="utf-8") for path in sources)
+    known, owners = set(re.findall(r"\w+", code)), set(re.findall(r"^class (\w+)", code, re.MULTILINE))
+    owners |= {path.stem for path in sources} | {path.parent.name for path in sources}
+    named = {
+        (page.name, name)
+        for page in PAGES
+        if page.name != "CHANGELOG.md"  # it also names former modules
+        for name in re.findall(r"`([a-zA-Z_]\w*(?:\.\w+)+)(?:\(\))?`", page.read_text(encoding="utf-8"))
+        if name.partition(".")[0] in owners
+    }
+    assert len(named) > 60
+    assert sorted(f"{page}: {name}" for page, name in named if not known.issuperset(name.split("."))) == []
+
+
+def test_the_architecture_page_lists_every_module_outside_a_folder() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    named = {word for code in re.findall(r"`([^`\n]+)`", text) for word in re.findall(r"\w+", code)}
+    modules = {path.stem for place in ("app", "tsr_engine") for path in (ROOT / place).glob("[!_]*.py")}
+    assert sorted(modules - named) == []
+
+
 def test_the_architecture_page_lists_every_folder() -> None:
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     places = [ROOT / "app", ROOT / "tsr_engine", ROOT / "static" / "js"]

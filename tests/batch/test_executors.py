@@ -140,6 +140,28 @@ def test_notes_of_nodes_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
     assert heard == ["compiling for /0.mp4", "compiling for /1.mp4"]
 
 
+class Dying(Inline):
+    """Ray whose nodes die."""
+
+    retries: object = None
+
+    def remote(self, **options: object) -> Callable[[Any], Any]:
+        self.retries = options.get("max_retries", self.retries)
+        return super().remote()
+
+    def get(self, reference: Any, timeout: float = 0.0) -> Any:
+        raise self.exceptions.RayError("the node died")
+
+
+def test_a_drive_is_given_up_after_as_many_tries_as_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    ray = Dying()
+    monkeypatch.setattr(executors, "connect", lambda address, start_local: ray)
+    monkeypatch.setattr(executors, "run_task", lambda *_, **__: Outcome({}))
+    ((_, outcome),) = executors.run_on_ray(ORDERS[:1], None, nothing, never)
+    assert outcome.error == f"Ray gave the drive up after {MAX_ATTEMPTS} tries: the node died"
+    assert ray.retries == MAX_ATTEMPTS - 1, "the first try is no retry"
+
+
 def test_without_ray_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(UsageError, match=r"pip install 'tsr\[cluster\]'"):

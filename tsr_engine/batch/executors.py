@@ -148,7 +148,7 @@ def run_on_ray(
     """
     ray = connect(address, start_local=True)
 
-    @ray.remote(max_retries=MAX_ATTEMPTS)  # type: ignore[untyped-decorator]
+    @ray.remote(max_retries=MAX_ATTEMPTS - 1)  # type: ignore[untyped-decorator]
     def run_remotely(content: JsonObject, notes: Any) -> JsonObject:  # Any: a handle that Ray makes for an actor
         outcome = _run_with_retries(lambda: run_task(DriveTask(**content), note=notes.put.remote))
         return {"result": outcome.result, "error": outcome.error, "died": outcome.died}

@@ -133,8 +133,8 @@ def _load_or_make_manifest(request: BatchRequest) -> Manifest:
     if known is not None and (differences := request.identity.differences(known.identity)):
         shown = "; ".join(differences[:3]) + ("; ..." if len(differences) > 3 else "")
         raise UsageError(
-            f"{request.out} holds results of another batch ({shown}). Use its own, another --out, or --restart to "
-            "track all drives anew."
+            f"{request.out} holds results of another batch ({shown}). Use the same settings, another --out, or "
+            "--restart to track all drives again."
         )
     manifest = known or Manifest(request.identity, [])
     drive_by_video = {drive.video: drive for drive in manifest.drives}
