@@ -87,6 +87,13 @@ def test_track_without_outputs_prints_a_table_and_timing(drive: Path) -> None:
     assert "median ms" in done.stdout
 
 
+def test_a_name_is_printed_as_it_is(drive: Path, tmp_path: Path) -> None:
+    named = tmp_path / "drive [front] :car:.mp4"
+    named.write_bytes(drive.read_bytes())
+    done = tsr("track", named, "--frames", ":3")
+    assert done.stdout.startswith(f"{named.name}: 3 frames"), done
+
+
 def test_replay_gives_the_same_rows_and_shows_what_changes(tracked: tuple[Path, CommandResult], tmp_path: Path) -> None:
     folder, _ = tracked
     done = tsr("replay", folder / "run", "--csv", tmp_path / "rows.csv", "--json")
