@@ -100,6 +100,18 @@ def test_a_batch_and_a_second_call(drives: Path, tmp_path: Path, digests: dict[s
     }
 
 
+def test_a_name_that_is_not_utf8_does_not_stop_a_batch(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "in").mkdir()
+    name = os.fsdecode(b"caf\xe9.mp4")
+    (tmp_path / "in" / name).write_text("no video")
+    command = ["batch", str(tmp_path / "in"), "--out", str(tmp_path / "out")]
+    for _ in range(2):  # the second call reads the manifest of the first
+        assert run([*command, "--json"]) == 3
+        (failure,) = json.loads(capfd.readouterr().out)["failures"]
+        assert Path(failure["drive"]).name == name
+    assert "caf\\udce9.mp4" in (tmp_path / "out" / "summary.html").read_text()
+
+
 def test_a_drive_continues_after_its_process_was_killed(tmp_path: Path, digests: dict[str, str]) -> None:
     folder = tmp_path / "out" / "drive"
     drive = write_short_drive(tmp_path / "drive.mp4", 80)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import hashlib
+import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -46,7 +47,7 @@ def folder_names(drives: Iterable[Path], known: dict[Path, str]) -> dict[Path, s
     for path in new_drives:
         name = _safe_name(path)
         if stems[name.casefold()] > 1 or name.casefold() in used:
-            name = f"{name}-{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
+            name = f"{name}-{hashlib.sha256(os.fsencode(path)).hexdigest()[:12]}"
         used.add(name.casefold())
         names[path] = name
     return names

@@ -112,4 +112,4 @@ def save_manifest(manifest: Manifest, out: Path) -> None:
         StorageError: it cannot be written.
     """
     with atomic_text(out / MANIFEST) as file:
-        json.dump(asdict(manifest), file, indent=1, ensure_ascii=False)
+        json.dump(asdict(manifest), file, indent=1)  # ASCII: a file's name may be no UTF-8

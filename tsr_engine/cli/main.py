@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -109,7 +110,7 @@ def run(arguments: list[str] | None = None) -> int:
     Args:
         arguments: the words after ``tsr``; unset: those of the process.
     """
-    _replace_closed_streams()
+    _prepare_streams()
     try:
         refuse_empty_arguments(sys.argv[1:] if arguments is None else arguments)
         with explained():
@@ -138,10 +139,11 @@ def run(arguments: list[str] | None = None) -> int:
     return result if isinstance(result, int) else 0
 
 
-def _replace_closed_streams() -> None:
-    """Replace a closed stdout or stderr by /dev/null.
+def _prepare_streams() -> None:
+    """Replace a closed stdout or stderr by /dev/null, and let stdout escape what its encoding lacks, as stderr does.
 
-    Otherwise the first opened file, such as a database, would get the stream's number and the output of libraries.
+    Otherwise the first opened file, such as a database, would get the stream's number and the output of libraries; and
+    a file's name that is not UTF-8 would end the command after its work. JSON has the same escape for such a byte.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -152,6 +154,8 @@ def _open_devnull() -> TextIO:
     return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123
 
 
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 def refuse_empty_arguments(arguments: Sequence[str]) -> None:
     """Refuse an empty value, such as that of an unset variable: as a path it would mean the current folder.
 
