@@ -29,7 +29,7 @@ from tsr_engine.cli import (
 )
 from tsr_engine.cli.common import ParameterCommand, say
 from tsr_engine.cli.interrupt import EXIT_INTERRUPTED, leave_interrupted
-from tsr_engine.errors import StorageError, TsrError, UsageError
+from tsr_engine.errors import InputError, StorageError, TsrError, UsageError
 from tsr_engine.extras import explained
 from tsr_engine.version import __version__
 
@@ -39,6 +39,9 @@ EXIT_BROKEN_PIPE = 141
 
 _FREE_TEXT_OPTIONS = {"--note"}
 """Options with values that may be empty."""
+
+_PATH_ERRNOS = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP)
+"""Errors of a path that a command cannot look at: a folder of somebody else, or a name that is too long."""
 
 EPILOG = (
     "Exit codes: 0 done, 2 a wrong option or value, 3 a damaged or missing input, 4 models, 5 an evidence folder, "
@@ -135,6 +138,9 @@ def run(arguments: list[str] | None = None) -> int:
             sys.stdout = _open_devnull()
             full = "The disk is full: output to stdout could not be written. Free some space and run again."
             return _report_failure(full, StorageError.exit_code)
+        if isinstance(error, OSError) and error.errno in _PATH_ERRNOS and error.filename is not None:
+            reason = f"Cannot use {os.fsdecode(error.filename)}: {error.strerror}. Check the path and its permissions."
+            return _report_failure(reason, InputError.exit_code)
         return _report_failure(_unexpected(error), EXIT_UNEXPECTED)
     return result if isinstance(result, int) else 0
 
@@ -148,14 +154,14 @@ def _prepare_streams() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, _open_devnull())
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def _open_devnull() -> TextIO:
     return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123
 
 
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")
 def refuse_empty_arguments(arguments: Sequence[str]) -> None:
     """Refuse an empty value, such as that of an unset variable: as a path it would mean the current folder.
 
