@@ -112,6 +112,13 @@ def test_a_name_that_is_not_utf8_does_not_stop_a_batch(tmp_path: Path, capfd: py
     assert "caf\\udce9.mp4" in (tmp_path / "out" / "summary.html").read_text()
 
 
+def test_models_that_an_earlier_call_had_are_compared(digests: dict[str, str]) -> None:
+    parameters = PARAMS.model_dump(mode="json")
+    fewer = {name: digest for name, digest in digests.items() if name != "prior"}
+    before, now = (Identity(__version__, parameters, models) for models in (digests, fewer))
+    assert now.differences(before) == before.differences(now) == ["another prior"]
+
+
 def test_a_drive_continues_after_its_process_was_killed(tmp_path: Path, digests: dict[str, str]) -> None:
     folder = tmp_path / "out" / "drive"
     drive = write_short_drive(tmp_path / "drive.mp4", 80)
