@@ -18,8 +18,8 @@ from tsr_engine.batch.drives import folder_names
 from tsr_engine.batch.executors import Outcomes, run_locally, run_on_ray
 from tsr_engine.batch.manifest import DriveState, Identity, Manifest, load_manifest, save_manifest
 from tsr_engine.batch.summary import write_summary
-from tsr_engine.batch.task import DriveTask
-from tsr_engine.batch.worker import REPORT_FILE, unfinished_folder
+from tsr_engine.batch.task import REPORT_FILE, DriveTask
+from tsr_engine.batch.worker import unfinished_folder
 from tsr_engine.errors import StorageError, UsageError
 
 
