@@ -100,6 +100,20 @@ def test_a_batch_and_a_second_call(drives: Path, tmp_path: Path, digests: dict[s
     }
 
 
+def test_a_wanted_result_that_is_missing_is_made(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
+    (drive,) = paths = [drives / "two.mp4"]
+    first = replace(request(drives, tmp_path, digests), drives=paths)
+    assert go(replace(first, task=replace(first.task, csv=False)))[0] == {"two": ("done", "")}
+    assert not (tmp_path / "two" / "tracks.csv").exists()
+    assert go(first)[0] == {"two": ("done", "")}
+    whole = (tmp_path / "two" / "tracks.csv").read_text().splitlines()
+    (tmp_path / "two" / "tracks.csv").unlink()
+    assert go(replace(first, ranges={drive: (0, 5)}))[0] == {"two": ("done", "")}
+    part = (tmp_path / "two" / "tracks.csv").read_text().splitlines()
+    assert {int(line.split(",")[0]) for line in part[1:]} <= set(range(5)), "other frames are other results"
+    assert len(part) < len(whole)
+
+
 def test_a_name_that_is_not_utf8_does_not_stop_a_batch(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "in").mkdir()
     name = os.fsdecode(b"caf\xe9.mp4")
