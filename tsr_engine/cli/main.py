@@ -138,10 +138,7 @@ def run(arguments: list[str] | None = None) -> int:
             sys.stdout = _open_devnull()
             full = "The disk is full: output to stdout could not be written. Free some space and run again."
             return _report_failure(full, StorageError.exit_code)
-        if isinstance(error, OSError) and error.errno in _PATH_ERRNOS and error.filename is not None:
-            reason = f"Cannot use {os.fsdecode(error.filename)}: {error.strerror}. Check the path and its permissions."
-            return _report_failure(reason, InputError.exit_code)
-        return _report_failure(_unexpected(error), EXIT_UNEXPECTED)
+        return _report_failure(*_explain(error))
     return result if isinstance(result, int) else 0
 
 
@@ -202,12 +199,23 @@ def _usage_error(error: Any) -> int:  # Any: typer's parser is private
     return EXIT_USAGE
 
 
-def _unexpected(error: Exception) -> str:
+def _explain(error: Exception) -> tuple[str, int]:
+    """The sentence and exit code of an exception that is none of ours."""
+    if isinstance(error, OSError) and error.errno in _PATH_ERRNOS and error.filename is not None:
+        path = os.fsdecode(error.filename)
+        return f"Cannot use {path}: {error.strerror}. Check the path and its permissions.", InputError.exit_code
+    if isinstance(error, RuntimeError) and "no locator available" in str(error):  # Numba compiles only what it caches
+        return (
+            "Compiled code can be kept neither beside the installation nor in a cache folder, because both cannot be "
+            "written. Set NUMBA_CACHE_DIR to a folder that can.",
+            StorageError.exit_code,
+        )
     text = str(error).strip().splitlines()
     first = f": {text[0]}" if text else ""
     return (
         f"Unexpected failure ({type(error).__name__}{first}). Set TSR_TRACEBACK=1 to see where it happened, "
-        "and report it with that output."
+        "and report it with that output.",
+        EXIT_UNEXPECTED,
     )
 
 
