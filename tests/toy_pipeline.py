@@ -90,6 +90,7 @@ class HueClassifier:
     """Class probabilities from the mean colour of the crop."""
 
     margin = 0.1
+    labels: tuple[str, ...] = ()
 
     def probabilities(self, crops: list[Picture]) -> np.ndarray:
         """One row per crop."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +12,7 @@ from app.check.regressions import Regression, find_regressions
 from app.check.reviewed import ReviewedDrive
 from tsr_engine.batch.manifest import Manifest
 from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch
-from tsr_engine.errors import InputError
+from tsr_engine.errors import InputError, UsageError
 from tsr_engine.evaluation.track_tables import read_results
 from tsr_engine.evaluation.tracking import VideoReport, evaluate_video
 from tsr_engine.evidence import read_header
@@ -82,9 +83,12 @@ def check(
 
     Raises:
         InputError: no drive could be tracked, or a video is missing.
-        UsageError, StorageError: as for ``run_batch``.
+        UsageError: two runs belong to one video, or as for ``run_batch``.
+        StorageError: as for ``run_batch``.
     """
     paths = [_path(drive) for drive in drives]
+    if repeated := [path for path, count in Counter(paths).items() if count > 1]:
+        raise UsageError(f"Two of the runs belong to {repeated[0]}. Choose one run of each video.")
     ranges: dict[Path, tuple[int, int | None]] = {
         path: (drive.source.first, drive.source.stop) for path, drive in zip(paths, drives, strict=True)
     }

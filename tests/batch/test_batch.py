@@ -100,6 +100,39 @@ def test_a_batch_and_a_second_call(drives: Path, tmp_path: Path, digests: dict[s
     }
 
 
+def test_a_wanted_result_that_is_missing_is_made(drives: Path, tmp_path: Path, digests: dict[str, str]) -> None:
+    (drive,) = paths = [drives / "two.mp4"]
+    first = replace(request(drives, tmp_path, digests), drives=paths)
+    assert go(replace(first, task=replace(first.task, csv=False)))[0] == {"two": ("done", "")}
+    assert not (tmp_path / "two" / "tracks.csv").exists()
+    assert go(first)[0] == {"two": ("done", "")}
+    whole = (tmp_path / "two" / "tracks.csv").read_text().splitlines()
+    (tmp_path / "two" / "tracks.csv").unlink()
+    assert go(replace(first, ranges={drive: (0, 5)}))[0] == {"two": ("done", "")}
+    part = (tmp_path / "two" / "tracks.csv").read_text().splitlines()
+    assert {int(line.split(",")[0]) for line in part[1:]} <= set(range(5)), "other frames are other results"
+    assert len(part) < len(whole)
+
+
+def test_a_name_that_is_not_utf8_does_not_stop_a_batch(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "in").mkdir()
+    name = os.fsdecode(b"caf\xe9.mp4")
+    (tmp_path / "in" / name).write_text("no video")
+    command = ["batch", str(tmp_path / "in"), "--out", str(tmp_path / "out")]
+    for _ in range(2):  # the second call reads the manifest of the first
+        assert run([*command, "--json"]) == 3
+        (failure,) = json.loads(capfd.readouterr().out)["failures"]
+        assert Path(failure["drive"]).name == name
+    assert "caf\\udce9.mp4" in (tmp_path / "out" / "summary.html").read_text()
+
+
+def test_models_that_an_earlier_call_had_are_compared(digests: dict[str, str]) -> None:
+    parameters = PARAMS.model_dump(mode="json")
+    fewer = {name: digest for name, digest in digests.items() if name != "prior"}
+    before, now = (Identity(__version__, parameters, models) for models in (digests, fewer))
+    assert now.differences(before) == before.differences(now) == ["another prior"]
+
+
 def test_a_drive_continues_after_its_process_was_killed(tmp_path: Path, digests: dict[str, str]) -> None:
     folder = tmp_path / "out" / "drive"
     drive = write_short_drive(tmp_path / "drive.mp4", 80)

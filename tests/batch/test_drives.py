@@ -28,6 +28,17 @@ def test_files_folders_and_patterns_list_videos_once(archive: Path) -> None:
     assert names(found, archive) == ["b/deep/x.avi", "b/drive.MKV", "a/drive.mp4"]
 
 
+def test_annotated_videos_of_batches_are_no_drives(archive: Path) -> None:
+    """The same command again must not track its own results."""
+    for name in ("a/out/drive/seen.mp4", "a/out/drive/report.json", "b/seen.mp4"):
+        (archive / name).parent.mkdir(parents=True, exist_ok=True)
+        (archive / name).touch()
+    for inputs in ([str(archive)], [f"{archive}/**/*.[maM]*"]):
+        assert "b/seen.mp4" in (found := names(find_drives(inputs), archive))
+        assert "a/out/drive/seen.mp4" not in found
+    assert names(find_drives([f"{archive}/a/out/drive/seen.mp4"]), archive) == ["a/out/drive/seen.mp4"], "it is named"
+
+
 def test_a_list_file_names_videos(archive: Path) -> None:
     listing = archive / "list.txt"
     listing.write_text(f"# archive\n\na/drive.mp4\n{archive}/b/drive.MKV\n", encoding="utf-8")

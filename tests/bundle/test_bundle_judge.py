@@ -49,6 +49,11 @@ def test_found_needs_a_track_on_the_sign() -> None:
     assert not verdict("found", output(rows(1, range(10), FAR))).met
 
 
+def test_a_sign_may_have_a_blank_name() -> None:
+    content = {"signs": {" ": sign()}, "expected": [{"id": "x", "kind": "found", "sign": " "}]}
+    assert judge(make_expectation(**content), output(rows(1, range(10))))[0].met
+
+
 def test_label_needs_the_class_of_most_frames() -> None:
     most = output(rows(1, range(4), label=3), rows(2, range(4, 10), label=14))
     assert verdict("label", most, class_id=14).met

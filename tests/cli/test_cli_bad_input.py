@@ -264,3 +264,13 @@ def test_free_text_may_be_empty() -> None:
     refuse_empty_arguments(["bundle", "run", "--note", "", "--out", "b.zip"])
     refuse_empty_arguments(["bundle", "run", "--note=", "--out=b.zip", "--set", "tau=3"])
     refuse_empty_arguments([])
+
+
+@pytest.mark.parametrize("command", [["detect", "--jsonl", "o.jsonl"], ["classify", "--csv", "o.csv"]])
+def test_paths_that_cannot_be_looked_at(
+    command: list[str], tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert "File name too long. Check the path" in sentence(capsys, 3, *command, "n" * 300)
+    (tmp_path / "a.png").touch()
+    assert "File name too long. Check the path" in sentence(capsys, 3, *command[:-1], "n" * 300, tmp_path)

@@ -13,6 +13,8 @@ import tsr_engine.pipeline
 from tests import toy_pipeline
 from tsr_engine.cli.main import run
 from tsr_engine.io.models import load_component
+from tsr_engine.labels.classes import default_keys
+from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 
 Capture = pytest.CaptureFixture[str]
 
@@ -177,6 +179,33 @@ def test_eval_fusion(crops: Path, tmp_path: Path, capsys: Capture) -> None:
     assert "4 tracks; 1.0000 of their single crops are right." in capsys.readouterr().out
     report = json.loads((tmp_path / "report" / "fusion.json").read_text())
     assert report["rates"]["scale"][0] == 1.0
+
+
+@pytest.mark.parametrize("command", ["classification", "fusion"])
+def test_models_with_a_taught_label_are_measured(
+    crops: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    class Taught(toy_pipeline.HueClassifier):  # type: ignore[name-defined, misc]
+        labels = (*default_keys(), "no-parking")
+
+        def probabilities(self, crops: list[np.ndarray]) -> np.ndarray:
+            known = super().probabilities(crops)
+            taught = [[1.0 if int(crop.mean()) == 3 else 0.0] for crop in crops]
+            return np.hstack([known * 0.5, np.array(taught, np.float32)])
+
+    monkeypatch.setattr(tsr_engine.pipeline, "load_reader", lambda *asked: Taught())
+    assert run(["eval", command, "--gtsrb", str(crops)]) == 0
+    out = capsys.readouterr().out
+    assert "0.5000 of" in out
+    assert (f"6 times '{CLASS_NAMES[3]}' was taken for 'no-parking'" in out) == (command == "classification")
+
+
+@pytest.mark.parametrize("command", ["classification", "fusion"])
+def test_a_class_of_one_track_has_nothing_to_hold_out(crops: Path, capsys: Capture, command: str) -> None:
+    table = crops / "00003" / "GT-00003.csv"
+    table.write_text("\n".join(table.read_text().splitlines()[:4]) + "\n")
+    assert run(["eval", command, "--gtsrb", str(crops / "00003"), "--held-out", "0.5"]) == 3
+    assert "--held-out needs two tracks of one class" in capsys.readouterr().err
 
 
 def test_sample_renders_a_drive_or_refuses_bad_options(tmp_path: Path, capsys: Capture) -> None:

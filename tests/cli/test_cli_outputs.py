@@ -36,6 +36,8 @@ def run(drive: Path, tmp_path: Path) -> Path:
         (("--csv", "run/run.json"), 2),
         (("--restart", "--csv", "run/evidence.sqlite"), 2),
         (("--csv", "run/../same.mp4", "--video", "same.mp4"), 2),
+        (("--csv", "run"), 2),
+        (("--csv", "new", "--video", "new/seen.mp4"), 2),
     ],
 )
 def test_a_refused_command_leaves_a_complete_run_as_it_was(

@@ -263,6 +263,14 @@ def test_classify_a_test_table_uses_its_roi(crops: Path, tmp_path: Path) -> None
     assert (name, class_id) == ("00000_00002.png", "14")
 
 
+def test_classify_escapes_names_that_are_not_utf8(tmp_path: Path) -> None:
+    (tmp_path / "crops").mkdir()
+    content = cv2.imencode(".png", np.full((40, 40, 3), 90, np.uint8))[1].tobytes()
+    (tmp_path / "crops" / os.fsdecode(b"caf\xe9.png")).write_bytes(content)
+    assert run(["classify", str(tmp_path / "crops"), "--csv", str(tmp_path / "o.csv")]) == 0
+    assert (tmp_path / "o.csv").read_text().splitlines()[1].startswith("caf\\udce9.png,")
+
+
 def test_classify_names_unreadable_crops_and_continues(crops: Path, tmp_path: Path, capsys: Capture) -> None:
     (crops / "00003" / "00000_00001.png").write_text("no picture")
     assert run(["classify", str(crops), "--csv", str(tmp_path / "o.csv")]) == 3

@@ -87,6 +87,24 @@ def test_track_without_outputs_prints_a_table_and_timing(drive: Path) -> None:
     assert "median ms" in done.stdout
 
 
+def test_a_name_is_printed_as_it_is(drive: Path, tmp_path: Path) -> None:
+    named = tmp_path / "drive [front] :car:.mp4"
+    named.write_bytes(drive.read_bytes())
+    done = tsr("track", named, "--frames", ":3")
+    assert done.stdout.startswith(f"{named.name}: 3 frames"), done
+
+
+@pytest.mark.parametrize("words", [[], ["--json"]])
+def test_a_name_that_is_not_utf8_is_escaped(drive: Path, tmp_path: Path, words: list[str]) -> None:
+    named = tmp_path / os.fsdecode(b"caf\xe9.mp4")
+    named.write_bytes(drive.read_bytes())
+    command = [sys.executable, TOY_CLI, "track", named, "--frames", ":3", "--video", named.with_suffix(".seen.mp4")]
+    done = subprocess.run([*command, *words], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stderr
+    shown = json.loads(done.stdout)["video"] if words else done.stdout.partition(": ")[0]
+    assert shown == (named.name if words else "caf\\udce9.mp4")
+
+
 def test_replay_gives_the_same_rows_and_shows_what_changes(tracked: tuple[Path, CommandResult], tmp_path: Path) -> None:
     folder, _ = tracked
     done = tsr("replay", folder / "run", "--csv", tmp_path / "rows.csv", "--json")

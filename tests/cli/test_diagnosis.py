@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import importlib.metadata
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -90,6 +93,21 @@ def test_a_cache_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.Monk
     assert "NUMBA_CACHE_DIR" in check.advice
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "new" / "folder"))
     assert by_name(diagnose())["compiled code cache"].status == "ok"
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.setenv(name, str(file))
+    monkeypatch.setattr(diagnosis, "SHIPPED", file / "models")
+    check = by_name(diagnose())["compiled code cache"]
+    assert (check.status, "NUMBA_CACHE_DIR" in check.advice) == ("missing", True)
+
+
+def test_a_command_without_a_place_for_compiled_code(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(b"")
+    done = subprocess.run(
+        [sys.executable, "-m", "tsr_engine", "detect", tmp_path, "--jsonl", tmp_path / "o"], text=True, check=False,
+        capture_output=True, timeout=100, env=os.environ | {"NUMBA_CACHE_LOCATOR_CLASSES": "IPythonCacheLocator"},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr.count("\n")) == (6, 1), done.stderr
+    assert "Set NUMBA_CACHE_DIR to a folder that can." in done.stderr
 
 
 def test_extras_are_reported_as_a_whole(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -88,6 +88,7 @@ def test_filters_and_orders(reader: EvidenceReader) -> None:
     confirmed = read_columns(reader, "track_frames", "track_id", confirmed=True)
     assert set(confirmed.ints("track_id").tolist()) == {1}
     assert read_columns(reader, "tracks", "track_id", confirmed=True).ints("track_id").tolist() == [1]
+    assert read_columns(reader, "tracks", "track_id", order="track").ints("track_id").tolist() == [1, 2]
     by_track = read_columns(reader, "track_frames", "frame", "track_id", order="track")
     pairs = list(zip(by_track.ints("track_id").tolist(), by_track.ints("frame").tolist(), strict=True))
     assert pairs == sorted(pairs)
@@ -100,11 +101,20 @@ def test_filters_and_orders(reader: EvidenceReader) -> None:
 
 
 def test_unknown_columns_are_refused(reader: EvidenceReader) -> None:
-    for table, name in (("track_frames", "colour"), ("nothing", "frame"), ("track_frames", "gates.x1; DROP")):
+    for table, name in (
+        ("track_frames", "colour"),
+        ("nothing", "frame"),
+        ("nothing", "frames.width"),
+        ("track_frames", "gates.x1; DROP"),
+    ):
         with pytest.raises(ValueError, match="docs/evidence.md"):
             read_columns(reader, table, name)
     with pytest.raises(ValueError, match="no key in common"):
         read_columns(reader, "events", "frame", "gates.confident")
+    options: tuple[dict[str, Any], ...] = ({"tracks": (1, 1)}, {"confirmed": True}, {"order": "track"})
+    for table, wrong in (*(("detections", option) for option in options), ("tracks", {"frames": (0, 5)})):
+        with pytest.raises(ValueError, match=f"{table} of evidence has no column"):
+            read_columns(reader, table, f"{table}.{'score' if table == 'detections' else 'share'}", **wrong)
     with pytest.raises(ValueError, match="no table"):
         count(reader, "sqlite_master")
     with pytest.raises(KeyError):

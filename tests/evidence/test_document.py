@@ -8,6 +8,7 @@ from contextlib import closing
 from dataclasses import fields
 from pathlib import Path
 
+from tsr_engine import evidence
 from tsr_engine.evidence import SCHEMA_VERSION, EvidenceWriter, RunHeader
 from tsr_engine.evidence.schema import DATABASE, TABLES
 
@@ -27,6 +28,12 @@ def documented() -> dict[str, dict[str, str]]:
 def test_every_table_and_column_is_documented_with_its_meaning() -> None:
     assert documented() == {t.name: {name: meaning for name, _, meaning in t.columns} for t in TABLES}
     assert f"Schema version: **{SCHEMA_VERSION}**" in DOCUMENT.read_text(encoding="utf-8")
+
+
+def test_named_methods_exist() -> None:
+    named = re.findall(r"`(Evidence\w+)\.(\w+)", DOCUMENT.read_text(encoding="utf-8"))
+    assert len(named) >= 2
+    assert [f"{owner}.{name}" for owner, name in named if not hasattr(getattr(evidence, owner), name)] == []
 
 
 def test_the_store_has_the_documented_tables(folder: Path, header: RunHeader) -> None:

@@ -248,6 +248,12 @@ def test_equal_content_has_an_equal_name_and_other_content_another(
     assert not list(tmp_path.glob(".*")), "no temporary file stays"
 
 
+def test_frames_without_a_track_are_recorded(run: Path, tmp_path: Path) -> None:
+    report = write_recording(RecordingRequest(run, tmp_path / "x.rrd", 0, 2))
+    assert (report.tracks, report.boxes["results"]) == ((), 0)
+    assert report.size == (tmp_path / "x.rrd").stat().st_size > 0
+
+
 def test_a_range_outside_of_the_run_is_refused(run: Path, tmp_path: Path) -> None:
     for first, stop in ((0, 31), (5, 5), (-1, 3)):
         with pytest.raises(UsageError, match=f"^The run in {run} has stored the frames 0 to 29"):

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import glob
 import hashlib
+import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from tsr_engine.batch.task import ANNOTATED_VIDEO, REPORT_FILE
 from tsr_engine.errors import InputError
 from tsr_engine.io.video_kinds import VIDEO_SUFFIXES
 
@@ -21,6 +23,7 @@ def find_drives(inputs: Sequence[str]) -> list[Path]:
     Args:
         inputs: files; folders, whose videos are found at any depth by their suffixes; patterns with ``*``, ``?`` or
             ``[...]`` (``**`` crosses folders); and ``@FILE``, a text file with one of these a line, ``#`` for comments.
+            Folders and patterns leave out annotated videos of batches, which may be inside.
 
     Raises:
         InputError: an input matches no video.
@@ -46,7 +49,7 @@ def folder_names(drives: Iterable[Path], known: dict[Path, str]) -> dict[Path, s
     for path in new_drives:
         name = _safe_name(path)
         if stems[name.casefold()] > 1 or name.casefold() in used:
-            name = f"{name}-{hashlib.sha256(str(path).encode()).hexdigest()[:12]}"
+            name = f"{name}-{hashlib.sha256(os.fsencode(path)).hexdigest()[:12]}"
         used.add(name.casefold())
         names[path] = name
     return names
@@ -61,20 +64,25 @@ def _videos_of_input(text: str) -> list[Path]:
         return _videos_of_list(Path(text[1:]))
     path = Path(text)
     if path.is_dir():
-        videos = sorted(
-            p for p in path.rglob("*") if p.suffix.lower() in VIDEO_SUFFIXES and p.is_file() and not _is_hidden(p, path)
-        )
+        found = (p for p in path.rglob("*") if p.suffix.lower() in VIDEO_SUFFIXES and not _is_hidden(p, path))
+        videos = sorted(p for p in found if p.is_file() and not _is_result(p))
         if not videos:
             raise InputError(f"{path} has no video. Videos are found by suffixes such as .mp4 or .mkv.")
         return videos
     if path.exists():
         return [path]
     if glob.has_magic(text):
-        matched = sorted(Path(p) for p in glob.glob(text, recursive=True) if Path(p).is_file())  # noqa: PTH207
+        names = glob.glob(text, recursive=True)  # noqa: PTH207
+        matched = sorted(p for p in map(Path, names) if p.is_file() and not _is_result(p))
         if matched:
             return matched
         raise InputError(f"No file matches {text!r}. Check the pattern.")
     raise InputError(f"There is no video at {path}. Check the path.")
+
+
+def _is_result(path: Path) -> bool:
+    """Whether a video is the annotated one of a drive that a batch has tracked."""
+    return path.name == ANNOTATED_VIDEO and path.with_name(REPORT_FILE).is_file()
 
 
 def _is_hidden(path: Path, top: Path) -> bool:

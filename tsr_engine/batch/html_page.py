@@ -15,8 +15,12 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums }
 
 
 def html_page(name: str, heading: str, body: str, style: str = "") -> str:
-    """The HTML of a page for the command ``name``; ``body`` is HTML: the caller escapes text from outside."""
-    return (
+    """The HTML of a page for the command ``name``; ``body`` is HTML: the caller escapes text from outside.
+
+    The bytes of a file's name that are not UTF-8 are escaped.
+    """
+    page = (
         f'<!doctype html>\n<html lang="en"><meta charset="utf-8"><title>{html.escape(name)}</title>'
         f"<style>{_STYLE}{style}</style><h1>{html.escape(heading)}</h1>{body}</html>\n"
     )
+    return page.encode("utf-8", "backslashreplace").decode()

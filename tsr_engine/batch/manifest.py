@@ -44,8 +44,8 @@ class Identity:
             found += [
                 f"{name}={v}, not {other_values.get(name)}" for name, v in values.items() if v != other_values.get(name)
             ]
-        found += [f"another {name}" for name, digest in self.models.items() if digest != other.models.get(name)]
-        return found
+        names = dict.fromkeys((*self.models, *other.models))
+        return found + [f"another {name}" for name in names if self.models.get(name) != other.models.get(name)]
 
 
 @dataclass
@@ -112,4 +112,4 @@ def save_manifest(manifest: Manifest, out: Path) -> None:
         StorageError: it cannot be written.
     """
     with atomic_text(out / MANIFEST) as file:
-        json.dump(asdict(manifest), file, indent=1, ensure_ascii=False)
+        json.dump(asdict(manifest), file, indent=1)  # ASCII: a file's name may be no UTF-8

@@ -18,9 +18,10 @@ from tsr_engine.batch.drives import folder_names
 from tsr_engine.batch.executors import Outcomes, run_locally, run_on_ray
 from tsr_engine.batch.manifest import DriveState, Identity, Manifest, load_manifest, save_manifest
 from tsr_engine.batch.summary import write_summary
-from tsr_engine.batch.task import DriveTask
-from tsr_engine.batch.worker import REPORT_FILE, unfinished_folder
+from tsr_engine.batch.task import REPORT_FILE, DriveTask
+from tsr_engine.batch.worker import unfinished_folder
 from tsr_engine.errors import StorageError, UsageError
+from tsr_engine.json_shapes import JsonObject
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], 
     """
     with _exclusive_lock(request.out):
         manifest = _load_or_make_manifest(request)
-        _reset_changed(manifest, request.out)
+        _reset_changed(manifest, request)
         if not request.restart:
             _adopt_finished(manifest, request)
         wanted = {str(path) for path in request.drives}
@@ -145,8 +146,9 @@ def _load_or_make_manifest(request: BatchRequest) -> Manifest:
     return manifest
 
 
-def _reset_changed(manifest: Manifest, out: Path) -> None:
-    """Mark drives to be tracked again if their file has changed or their results are gone."""
+def _reset_changed(manifest: Manifest, request: BatchRequest) -> None:
+    """Mark drives to be tracked again if their file or frames have changed, or a wanted result is missing."""
+    out, wanted = request.out, {str(path) for path in request.drives}
     for drive in manifest.drives:
         try:
             status = Path(drive.video).stat()
@@ -157,9 +159,20 @@ def _reset_changed(manifest: Manifest, out: Path) -> None:
             drive.state = "waiting"
         if (size, changed) != (drive.size, drive.changed) and drive.size:
             shutil.rmtree(unfinished_folder(out / drive.folder), ignore_errors=True)
-        if drive.state == "done" and not (out / drive.folder).is_dir():
-            drive.state = "waiting"
         drive.size, drive.changed = size or drive.size, changed or drive.changed
+        folder = out / drive.folder
+        is_done = _is_finished(drive, drive.result, request) if drive.video in wanted else folder.is_dir()
+        if drive.state == "done" and not is_done:
+            drive.state = "waiting"
+
+
+def _is_finished(drive: DriveState, report: JsonObject, request: BatchRequest) -> bool:
+    """Whether a report is that of a drive's task, and its folder holds all results that the batch keeps."""
+    task = _make_task(request, drive)
+    kept = {"evidence": task.evidence, "csv": task.csv, "annotated": task.annotated}
+    names = [report.get(key) for key, is_kept in kept.items() if is_kept]
+    places = [request.out / drive.folder / name for name in (REPORT_FILE, *names) if name is not None]
+    return report.get("stamp") == task.stamp and None not in names and all(place.exists() for place in places)
 
 
 def _make_task(request: BatchRequest, drive: DriveState) -> DriveTask:
@@ -186,7 +199,7 @@ def _adopt_finished(manifest: Manifest, request: BatchRequest) -> None:
             report = json.loads((request.out / drive.folder / REPORT_FILE).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue
-        if report.get("stamp") == _make_task(request, drive).stamp:
+        if _is_finished(drive, report, request):
             drive.state, drive.error, drive.result = "done", "", report
 
 

@@ -71,7 +71,7 @@ def write_summary(manifest: Manifest, out: Path) -> None:
     """
     summary = summary_of(manifest)
     with atomic_text(out / SUMMARY_JSON) as file:
-        json.dump(summary, file, indent=1, ensure_ascii=False, allow_nan=False)
+        json.dump(summary, file, indent=1, allow_nan=False)
     with atomic_text(out / SUMMARY_HTML) as file:
         file.write(_page(summary))
 

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from tsr_engine.json_shapes import JsonObject
+
+REPORT_FILE: Final = "report.json"
+"""File of a drive's figures in its folder."""
+ANNOTATED_VIDEO: Final = "seen.mp4"
+"""Annotated video there."""
 
 
 @dataclass(frozen=True)

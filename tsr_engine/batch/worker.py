@@ -19,14 +19,12 @@ from pathlib import Path
 from typing import Final
 
 from tsr_engine.batch.child_process import exit_with_parent, limit_memory, require_models, send_message, send_note
-from tsr_engine.batch.task import DriveTask
+from tsr_engine.batch.task import ANNOTATED_VIDEO, REPORT_FILE, DriveTask
 from tsr_engine.compilation import report_compilation
 from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.io.unfinished import fsync_path
 from tsr_engine.json_shapes import JsonObject
 
-REPORT_FILE: Final = "report.json"
-"""File of a drive's figures in its folder."""
 _LOCK_TIMEOUT_S: Final = 60.0
 """Seconds to wait for another process that works on the same drive, because its machine may just have been lost."""
 _PROGRESS_INTERVAL_S: Final = 0.5
@@ -85,7 +83,7 @@ def _track(task: DriveTask) -> JsonObject:
         params,
         work / "evidence" if task.evidence else None,
         work / "tracks.csv" if task.csv else None,
-        work / "seen.mp4" if task.annotated else None,
+        work / ANNOTATED_VIDEO if task.annotated else None,
         start=task.start,
         stop=task.stop,
         cores=task.cores,
@@ -93,7 +91,7 @@ def _track(task: DriveTask) -> JsonObject:
     try:
         with report_compilation(send_note, _PROGRESS_INTERVAL_S):
             report = report_as_json(track_video(request, components, progress=show), request)
-        for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", "seen.mp4")):
+        for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", ANNOTATED_VIDEO)):
             report[key] = name if report[key] is not None else None
         report["stamp"] = task.stamp
         (work / REPORT_FILE).write_text(json.dumps(report, indent=1, allow_nan=False), encoding="utf-8")

@@ -80,7 +80,7 @@ def describe_expectation(expected: Expected, expectation: Expectation) -> str:
 
 def _sign_name(key: str, sign: ExpectedSign) -> str:
     """The tool's number of an engine track; a track that a person drew is named by its first frame."""
-    track = key.split()[0]  # a part that was cut off has a word after its track
+    track = key.partition(" ")[0]  # a part that was cut off has a word after its track
     if track.startswith("m") and track[1:].isdecimal():
         return f"#{track[1:]}"
     return f"marked in frame {sign.frames[0]}" if track.startswith("h") else key

@@ -103,4 +103,5 @@ def classify(
 
 
 def _quoted(name: str) -> str:
+    name = name.encode("utf-8", "backslashreplace").decode()  # a file's name may be no UTF-8
     return '"' + name.replace('"', '""') + '"' if set(name) & set(',"\n\r') else name

@@ -71,10 +71,13 @@ def print_json(value: object) -> None:
 
 
 def out_console() -> Console:
-    """A console on stdout for tables; wide enough not to wrap them if stdout is a file."""
+    """A console on stdout for tables; wide enough not to wrap them if stdout is a file.
+
+    It prints names as they are: ``[front]`` and ``:car:`` in them are neither style nor symbol.
+    """
     from rich.console import Console
 
-    return Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+    return Console(highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else 120)
 
 
 def make_params(preset: str, settings: Sequence[str]) -> Params:

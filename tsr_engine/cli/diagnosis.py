@@ -153,19 +153,17 @@ def _memory() -> Check:
 
 
 def _numba_cache() -> Check:
-    """Compiled code is cached beside the package, else in a cache folder; without either, each start compiles again."""
+    """Compiled code is cached where the user says, beside the package, or in a cache folder; Numba needs a place."""
+    name, advice = "compiled code cache", "Set NUMBA_CACHE_DIR to a folder that can be written."
     configured = os.environ.get("NUMBA_CACHE_DIR")
     home_cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    folders = [Path(configured)] if configured else [SHIPPED.parent, home_cache]
-    for folder in folders:
-        if _is_writable(folder):
-            return Check("compiled code cache", "ok", str(folder))
-    return Check(
-        "compiled code cache",
-        "warning",
-        f"{' and '.join(str(folder) for folder in folders)} cannot be written",
-        "Set NUMBA_CACHE_DIR to a folder that can be written; until then every start compiles for about a minute.",
-    )
+    folders = [*([Path(configured)] if configured else []), SHIPPED.parent, home_cache]
+    used = next((folder for folder in folders if _is_writable(folder)), None)
+    if used is None:
+        return Check(name, "missing", f"{' and '.join(map(str, folders))} cannot be written", advice)
+    if configured and used != folders[0]:
+        return Check(name, "warning", f"{configured} cannot be written, so {used} is used", advice)
+    return Check(name, "ok", str(used))
 
 
 def _is_writable(folder: Path) -> bool:

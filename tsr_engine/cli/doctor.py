@@ -8,7 +8,7 @@ import typer
 
 from tsr_engine.cli.common import JsonOption, ModelsOption, out_console, print_json
 
-_MARKS = {"ok": "[green]ok[/green]", "warning": "[yellow]warning[/yellow]", "missing": "[red]missing[/red]"}
+_COLOURS = {"ok": "green", "warning": "yellow", "missing": "red"}
 
 
 def doctor(models: ModelsOption = None, as_json: JsonOption = False) -> None:
@@ -24,14 +24,15 @@ def doctor(models: ModelsOption = None, as_json: JsonOption = False) -> None:
     if as_json:
         print_json([asdict(check) for check in checks])
     else:
-        from rich.markup import escape
         from rich.table import Table
+        from rich.text import Text
 
         table = Table(box=None, pad_edge=False)
         for column in ("", "what", "found", "how to get it"):
             table.add_column(column, overflow="fold")
         for check in checks:
-            table.add_row(_MARKS[check.status], escape(check.name), escape(check.found), escape(check.advice))
+            mark = Text(check.status, _COLOURS[check.status])
+            table.add_row(mark, check.name, check.found, check.advice)
         out_console().print(table)
     if any(check.status == "missing" for check in checks):
         raise typer.Exit(4)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tsr_engine.cli.common import say
-from tsr_engine.errors import UsageError
+from tsr_engine.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from tsr_engine.io.gtsdb import Scene
@@ -33,7 +33,12 @@ def held_out_scenes(scenes: list[Scene], models: Path | None) -> list[Scene]:
 
 
 def select_crops(source: Path, held_out: float | None, seed: int) -> list[CropItem]:
-    """The crops of a source, or those of its held-out tracks."""
+    """The crops of a source, or those of its held-out tracks.
+
+    Raises:
+        InputError: there are no crops.
+        UsageError: the share is not between 0 and 1.
+    """
     from tsr_engine.io.gtsrb import read_items, split_by_track
 
     items = read_items(source)
@@ -41,7 +46,13 @@ def select_crops(source: Path, held_out: float | None, seed: int) -> list[CropIt
         return items
     if not 0 < held_out < 1:
         raise UsageError(f"--held-out expects a share between 0 and 1. Got {held_out:g} instead.")
-    return split_by_track([item for item in items if item.track is not None], held_out, seed)[1]
+    chosen = split_by_track([item for item in items if item.track is not None], held_out, seed)[1]
+    if not chosen:
+        raise InputError(
+            f"--held-out needs two tracks of one class or more, in GTSRB's class folders. {source} has none; leave the "
+            "option out, or name other folders."
+        )
+    return chosen
 
 
 def track_without_files(video: Path, params: Params, models: Path | None, title: str) -> tuple[int, TrackTable]:

@@ -34,7 +34,6 @@ from tsr_engine.cli.tracking_table import print_summaries
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.plural import plural
-from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 from tsr_engine.runs.report_json import class_name
 
 app = typer.Typer(
@@ -154,6 +153,7 @@ def classification(
     """
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.evaluation.classification import evaluate_classification, predict_items
+    from tsr_engine.labels.classes import class_names_of
     from tsr_engine.pipeline import load_reader
 
     reader_kind = make_reader(reader, network)
@@ -168,7 +168,8 @@ def classification(
             true.append(answer.item.class_id or 0)
             predicted.append(answer.class_id)
             show(len(true), len(items), "")
-    report = evaluate_classification(true, predicted)
+    names = class_names_of(classifier.labels or None)  # a retrained version may know more than the 43
+    report = evaluate_classification(true, predicted, len(names))
     content = {
         "crops": report.pictures,
         "accuracy": report.accuracy,
@@ -186,8 +187,8 @@ def classification(
     console = out_console()
     console.print(f"{report.accuracy:.4f} of {report.pictures} crops are right.")
     for confusion in report.confusions(8):
-        names = class_name(confusion.true, CLASS_NAMES), class_name(confusion.predicted, CLASS_NAMES)
-        console.print(f"  {confusion.count} times '{names[0]}' was taken for '{names[1]}'", soft_wrap=True)
+        shown, taken_for = class_name(confusion.true, names), class_name(confusion.predicted, names)
+        console.print(f"  {confusion.count} times '{shown}' was taken for '{taken_for}'", soft_wrap=True)
 
 
 @app.command("fusion", cls=ParameterCommand)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -28,7 +29,7 @@ from tsr_engine.cli import (
 )
 from tsr_engine.cli.common import ParameterCommand, say
 from tsr_engine.cli.interrupt import EXIT_INTERRUPTED, leave_interrupted
-from tsr_engine.errors import StorageError, TsrError, UsageError
+from tsr_engine.errors import InputError, StorageError, TsrError, UsageError
 from tsr_engine.extras import explained
 from tsr_engine.version import __version__
 
@@ -38,6 +39,9 @@ EXIT_BROKEN_PIPE = 141
 
 _FREE_TEXT_OPTIONS = {"--note"}
 """Options with values that may be empty."""
+
+_PATH_ERRNOS = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP)
+"""Errors of a path that a command cannot look at: a folder of somebody else, or a name that is too long."""
 
 EPILOG = (
     "Exit codes: 0 done, 2 a wrong option or value, 3 a damaged or missing input, 4 models, 5 an evidence folder, "
@@ -109,7 +113,7 @@ def run(arguments: list[str] | None = None) -> int:
     Args:
         arguments: the words after ``tsr``; unset: those of the process.
     """
-    _replace_closed_streams()
+    _prepare_streams()
     try:
         refuse_empty_arguments(sys.argv[1:] if arguments is None else arguments)
         with explained():
@@ -134,18 +138,21 @@ def run(arguments: list[str] | None = None) -> int:
             sys.stdout = _open_devnull()
             full = "The disk is full: output to stdout could not be written. Free some space and run again."
             return _report_failure(full, StorageError.exit_code)
-        return _report_failure(_unexpected(error), EXIT_UNEXPECTED)
+        return _report_failure(*_explain(error))
     return result if isinstance(result, int) else 0
 
 
-def _replace_closed_streams() -> None:
-    """Replace a closed stdout or stderr by /dev/null.
+def _prepare_streams() -> None:
+    """Replace a closed stdout or stderr by /dev/null, and let stdout escape what its encoding lacks, as stderr does.
 
-    Otherwise the first opened file, such as a database, would get the stream's number and the output of libraries.
+    Otherwise the first opened file, such as a database, would get the stream's number and the output of libraries; and
+    a file's name that is not UTF-8 would end the command after its work. JSON has the same escape for such a byte.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, _open_devnull())
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def _open_devnull() -> TextIO:
@@ -192,12 +199,23 @@ def _usage_error(error: Any) -> int:  # Any: typer's parser is private
     return EXIT_USAGE
 
 
-def _unexpected(error: Exception) -> str:
+def _explain(error: Exception) -> tuple[str, int]:
+    """The sentence and exit code of an exception that is none of ours."""
+    if isinstance(error, OSError) and error.errno in _PATH_ERRNOS and error.filename is not None:
+        path = os.fsdecode(error.filename)
+        return f"Cannot use {path}: {error.strerror}. Check the path and its permissions.", InputError.exit_code
+    if isinstance(error, RuntimeError) and "no locator available" in str(error):  # Numba compiles only what it caches
+        return (
+            "Compiled code can be kept neither beside the installation nor in a cache folder, because both cannot be "
+            "written. Set NUMBA_CACHE_DIR to a folder that can.",
+            StorageError.exit_code,
+        )
     text = str(error).strip().splitlines()
     first = f": {text[0]}" if text else ""
     return (
         f"Unexpected failure ({type(error).__name__}{first}). Set TSR_TRACEBACK=1 to see where it happened, "
-        "and report it with that output."
+        "and report it with that output.",
+        EXIT_UNEXPECTED,
     )
 
 

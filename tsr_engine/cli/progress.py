@@ -52,7 +52,7 @@ def progress_bar(title: str, unit: str) -> Iterator[ShowProgress]:
     from rich.text import Text
 
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),  # it may hold a file's name
         BarColumn(),
         MofNCompleteColumn(),
         TextColumn(unit + " {task.fields[rate]}"),

@@ -68,7 +68,7 @@ class ClassificationReport:
     """Figures over pictures of known classes."""
 
     matrix: NDArray[np.int64]
-    """Shape (43, 43): pictures by true class (row) and predicted class (column)."""
+    """Shape (c, c): pictures by true class (row) and predicted class (column)."""
 
     @property
     def pictures(self) -> int:
@@ -84,28 +84,30 @@ class ClassificationReport:
     def per_class(self) -> dict[int, float]:
         """Recall of each class with pictures, in [0, 1]."""
         totals = self.matrix.sum(1)
-        return {c: float(self.matrix[c, c] / totals[c]) for c in range(CLASS_COUNT) if totals[c]}
+        return {c: float(self.matrix[c, c] / totals[c]) for c in range(len(totals)) if totals[c]}
 
     def confusions(self, most: int = 10) -> list[Confusion]:
         """The most frequent confusions, most frequent first."""
         off = self.matrix - np.diag(np.diag(self.matrix))
         order = np.argsort(-off, axis=None, kind="stable")[:most]
-        pairs = [divmod(int(i), CLASS_COUNT) for i in order]
+        pairs = [divmod(int(i), len(off)) for i in order]
         return [Confusion(t, p, int(off[t, p])) for t, p in pairs if off[t, p]]
 
 
-def evaluate_classification(true: Sequence[int], predicted: Sequence[int]) -> ClassificationReport:
-    """Compare true and predicted class ids.
+def evaluate_classification(
+    true: Sequence[int], predicted: Sequence[int], classes: int = CLASS_COUNT
+) -> ClassificationReport:
+    """Compare true and predicted class ids; ``classes`` is the number of classes.
 
     Raises:
-        ValueError: the lengths differ, or an id is outside 0..42.
+        ValueError: the lengths differ, or an id is outside 0..classes - 1.
     """
     t, p = np.asarray(true, dtype=np.int64), np.asarray(predicted, dtype=np.int64)
     if t.shape != p.shape or t.ndim != 1:
         raise ValueError(f"True and predicted ids must be lists of one length. Got {t.shape} and {p.shape}.")
     for name, ids in (("true", t), ("predicted", p)):
-        if ids.size and not (ids.min() >= 0 and ids.max() < CLASS_COUNT):
-            raise ValueError(f"Class ids must be in 0..{CLASS_COUNT - 1}. Got {ids.min()}..{ids.max()} in {name}.")
-    matrix = np.zeros((CLASS_COUNT, CLASS_COUNT), dtype=np.int64)
+        if ids.size and not (ids.min() >= 0 and ids.max() < classes):
+            raise ValueError(f"Class ids must be in 0..{classes - 1}. Got {ids.min()}..{ids.max()} in {name}.")
+    matrix = np.zeros((classes, classes), dtype=np.int64)
     np.add.at(matrix, (t, p), 1)
     return ClassificationReport(matrix)

@@ -31,7 +31,7 @@ class TrackVotes:
     scales: NDArray[np.float64]
     """Shape (t,): side of the sign in px (geometric mean of width and height), far to near."""
     probabilities: NDArray[np.float32]
-    """Shape (t, 43): class probabilities of each frame."""
+    """Shape (t, c): class probabilities of each frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +120,7 @@ def evaluate_fusion(
 
 def _right(track: TrackVotes, params: FusionParams, longest: int) -> NDArray[np.bool_]:
     """Whether the fused class is correct after 1, ..., ``longest`` frames, shape (longest,)."""
-    state = Fusion.start(params)
+    state = Fusion.start(params, track.probabilities.shape[1])
     right = np.zeros(longest, dtype=np.bool_)
     for i in range(longest):
         if i < len(track.scales):

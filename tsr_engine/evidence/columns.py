@@ -113,7 +113,8 @@ def read_columns(
 
     Raises:
         EvidenceError: the store is damaged.
-        ValueError: the schema has no such table or column, or the two cannot be joined.
+        ValueError: the schema has no such table or column, the two cannot be joined, or the table lacks the column of
+            a filter or order.
     """
     wanted = [name if "." in name else f"{table}.{name}" for name in names]
     joined = dict.fromkeys(name.partition(".")[0] for name in wanted)
@@ -132,8 +133,14 @@ def read_columns(
         conditions.append("confirmed_frame IS NOT NULL" if table == "tracks" else f"{table}.track_id IN ({_CONFIRMED})")
     for name in wanted:
         other_table, _, column = name.partition(".")
-        if other_table not in BY_NAME or column not in {known for known, _, _ in BY_NAME[other_table].columns}:
+        if other_table not in BY_NAME or column not in _columns_of(other_table):
             raise ValueError(f"Evidence has no column {name!r}: docs/evidence.md lists them.")
+    if table not in BY_NAME:
+        raise ValueError(f"Evidence has no table {table!r}: docs/evidence.md lists them.")
+    own = _columns_of(table)
+    for column, is_used in (("frame", frames is not None), ("track_id", bool(tracks) or confirmed or order == "track")):
+        if is_used and column not in own:
+            raise ValueError(f"{table} of evidence has no column {column} to filter or sort by.")
     sql = f"SELECT {', '.join(wanted)} FROM {table}"  # noqa: S608
     sql += "".join(f" LEFT JOIN {other} ON {_join(table, other)}" for other in joined if other != table)
     sql += f" WHERE {' AND '.join(conditions)}" if conditions else ""
@@ -221,12 +228,17 @@ def _join(table: str, other: str) -> str:
         return f"{other}.frame = {table}.frame AND {other}.track_id = {table}.track_id"
     if other == "frames":
         return f"frames.frame = {table}.frame"
-    if other == "tracks" and "track_id" in {name for name, _, _ in BY_NAME[table].columns}:
+    if other == "tracks" and "track_id" in _columns_of(table):
         return f"tracks.track_id = {table}.track_id"
     raise ValueError(f"{table} and {other} of evidence have no key in common.")
 
 
 def _keys(table: str, order: Literal["frame", "track"]) -> tuple[str, ...]:
+    own = _columns_of(table)
     if order == "track":
-        return "track_id", "frame"
-    return ("frame", "row") if "row" in {name for name, _, _ in BY_NAME[table].columns} else BY_NAME[table].key
+        return ("track_id", "frame") if "frame" in own else ("track_id",)
+    return ("frame", "row") if "row" in own else BY_NAME[table].key
+
+
+def _columns_of(table: str) -> set[str]:
+    return {name for name, _, _ in BY_NAME[table].columns}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -116,7 +117,7 @@ def read_track_series(reader: EvidenceReader, frames: Frames, classes: RecordedC
     score = np.stack([rows.floats(name) for name in scores], axis=1)
     votes = rows.vectors("recognitions.votes")
     starts = np.flatnonzero(np.diff(ids, prepend=-1)).tolist()
-    for start, end in zip(starts, [*starts[1:], len(ids)], strict=True):
+    for start, end in pairwise([*starts, len(ids)]):
         rows_of_track = slice(start, end)
         at = frame[rows_of_track]
         values = {name: _known_values(at, column[rows_of_track], name) for name, column in columns.items()}

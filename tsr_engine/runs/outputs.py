@@ -13,6 +13,7 @@ from typing import TextIO
 
 from tsr_engine.errors import ExportError, StorageError, UsageError
 from tsr_engine.evidence import RESULT_HEADER, ResultRow, refuse_run_files
+from tsr_engine.evidence.schema import RUN_FILE
 from tsr_engine.io.atomic import atomic_text, output_path, refuse_inputs, storage_error
 from tsr_engine.io.opened_file import display_path
 from tsr_engine.io.overlay import draw
@@ -29,8 +30,8 @@ def refuse_outputs(request: RunRequest) -> None:
     """Check the names of the outputs before any file is written.
 
     Raises:
-        UsageError: an output is the input, a file of the run's evidence or the other output, or the annotated video is
-            not named as an MP4.
+        UsageError: an output is the input, a file of the run's evidence, the other output or a folder of one of them,
+            or the annotated video is not named as an MP4.
     """
     outputs = [path for path in (request.csv, request.annotated) if path is not None]
     refuse_inputs(outputs, [display_path(request.video)])
@@ -38,6 +39,9 @@ def refuse_outputs(request: RunRequest) -> None:
         refuse_run_files(outputs, request.evidence)
     if len({path.resolve() for path in outputs}) < len(outputs):
         raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
+    places = [*outputs, *(() if request.evidence is None else (request.evidence / RUN_FILE,))]
+    folders = [folder for place in places for folder in place.absolute().parents]
+    refuse_inputs(outputs, folders, "the folder of another output")
     if request.annotated is not None and request.annotated.suffix.lower() not in _VIDEO_ENDINGS:
         raise UsageError(f"The annotated video is an MP4: expected a name that ends in .mp4, got {request.annotated}.")
 

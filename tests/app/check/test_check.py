@@ -109,3 +109,11 @@ def test_the_command_reports_regressions_and_makes_bundles(
         assert opened.manifest.note == found["places"][0]["text"]
     assert run([*command, "drive.mp4", "--bundles", "0"]) == 0, "without a budget nothing is too much"
     assert "1 reviewed drive with 1 sign." in capfd.readouterr().out
+
+
+def test_two_runs_of_one_video_are_refused(api: ExchangeClient, capfd: pytest.CaptureFixture[str]) -> None:
+    review_tracks(api)
+    rows = [b"frame,uid,x1,y1,x2,y2,label,state", *(b"%d,m1,10,10,40,40,stop,accepted" % k for k in range(9)), b""]
+    imported = api.import_file(b"\n".join(rows), "run", name="theirs.csv")["id"]
+    assert run(["check", api.run_id, imported, "--home", str(api.home), "--out", str(api.home / "check")]) == 2
+    assert "Two of the runs belong to" in capfd.readouterr().err
