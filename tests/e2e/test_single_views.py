@@ -142,6 +142,30 @@ def test_the_history_of_another_track_does_not_stay(page: Page) -> None:
     assert result(page, body) == [1, 0]
 
 
+def test_a_history_that_was_left_while_it_loaded_is_loaded_again(page: Page) -> None:
+    body = """
+    const { createHistory } = await load('inspector/history.js');
+    const answers = [];
+    const trackHistory = () => {
+      answers.push(later());
+      return answers.at(-1).promise;
+    };
+    const view = createHistory(stub({ labels: [] }, { trackHistory }), signal);
+    document.body.append(view.element);
+    for (const [key, open] of [['m1', true], ['m2', false], ['m1', true]]) {
+      view.element.open = open;
+      view.update(inspected(key));
+      await settle();
+      if (key === 'm2') answers[0].resolve({ happened: [change], more: null });
+      await settle();
+    }
+    answers.at(-1).resolve({ happened: [change], more: null });
+    await settle();
+    view.element.remove();
+    return view.element.querySelectorAll('li').length;"""
+    assert result(page, body) == 1
+
+
 def test_a_refusal_after_the_end_of_its_dialog_is_shown(page: Page) -> None:
     body = """
     const { confirmDialog } = await load('dialogs/confirm.js');
