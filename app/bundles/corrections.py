@@ -153,11 +153,8 @@ def _keys_within(doc: TrackDoc, first: int, stop: int) -> dict[int, KeyFrame]:
     if before is not None and before < first:
         state = doc.keys[str(before)]
         keys[first] = state.model_copy(update={"box": None, "class_id": None})
-    last = stop - 1
-    if last not in keys and doc.line_at(last) is not None:
-        state = doc.keys[str(doc.last_key(last))]
-        keys[last] = KeyFrame(**{**state.state(), "outside": False, "interpolate": True})
-    for frame in {first, last} & keys.keys():
-        if (line := doc.line_at(frame)) is not None:  # a key frame without a box can lie on an interpolated line
-            keys[frame] = keys[frame].model_copy(update={"box": line})
+    for frame, box in (doc.line_ends(first) | doc.line_ends(stop)).items():
+        if first <= frame < stop:
+            key = keys.get(frame) or KeyFrame(**doc.keys[str(doc.last_key(frame))].state())
+            keys[frame] = key.model_copy(update={"box": box})
     return dict(sorted(keys.items()))

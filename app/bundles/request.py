@@ -8,7 +8,9 @@ from pathlib import Path
 from app.bundles.corrections import label_keys
 from app.bundles.expectation import expectation_of
 from app.edits.documents import TrackDoc
+from app.edits.split import clip
 from app.exchange.dataset import Source
+from app.exchange.engine_tracks import engine_label, read_track_infos
 from app.recordings.annotation import corrected_rows
 from tsr_engine.bundle import Bounds, BundleReport, BundleRequest, read_expectation
 from tsr_engine.errors import InputError, UsageError
@@ -16,6 +18,7 @@ from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, display_path
 from tsr_engine.json_shapes import JsonObject
+from tsr_engine.track_table import NO_CLASS
 
 
 def bundle_request(
@@ -100,12 +103,25 @@ def _require_known(reader: EvidenceReader, source: Source, tracks: Collection[st
 
 
 def _corrected_documents(source: Source, first: int, stop: int, tracks: Collection[str]) -> list[JsonObject]:
-    """Documents with corrections in the frames, by key."""
-    return [
-        document.model_dump(mode="json")
-        for key, document in sorted(source.documents.items())
-        if (not tracks or key in tracks) and _touches(document, first, stop)
-    ]
+    """Documents with corrections in the frames, by key.
+
+    The clip may lack the engine track whose label a document shows. The document then has that label itself.
+    """
+    infos = read_track_infos(source.folder, source.classes.to_label)
+    labels = {number: info.label for number, info in infos.items()}
+    inside = {number: info.label for number, info in infos.items() if info.span[0] < stop and info.span[1] >= first}
+    found = []
+    for key, document in sorted(source.documents.items()):
+        if (tracks and key not in tracks) or not _touches(document, first, stop):
+            continue
+        part = document.model_copy(update={"segments": clip(document.segments, first, stop - 1)})
+        label, label_in_clip = (
+            NO_CLASS if (known := engine_label(*of)) is None else known for of in ((document, labels), (part, inside))
+        )
+        if document.class_id is None and label != label_in_clip and not document.gone:
+            document = document.model_copy(update={"class_id": label})
+        found.append(document.model_dump(mode="json"))
+    return found
 
 
 def _touches(document: TrackDoc, first: int, stop: int) -> bool:

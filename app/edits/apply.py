@@ -142,14 +142,13 @@ def _shown_box(command: c.RelabelBox | c.SetOccluded | c.SetOutside | c.SetAttri
 def _delete_from(command: c.DeleteFrom, doc: TrackDoc) -> TrackDoc:
     if not doc.shows_from(command.frame):
         raise CommandError(f"{_shows_nothing(doc, command.frame)} There is nothing to delete.")
-    # a cut line must end at the box that it had there
-    edge = doc.line_at(command.frame - 1) if command.frame > 0 else None
-    if edge is not None and not doc.has_box(command.frame - 1):
-        doc = doc.with_key(command.frame - 1, box=edge)
-    kept = doc.model_copy(
+    kept = doc
+    for end, box in doc.line_ends(command.frame).items():
+        kept = kept.with_key(end, box=box)
+    kept = kept.model_copy(
         update={
             "segments": clip(doc.segments, -1, command.frame - 1),
-            "keys": {k: key for k, key in doc.keys.items() if int(k) < command.frame},
+            "keys": {k: key for k, key in kept.keys.items() if int(k) < command.frame},
         }
     )
     return doc.model_copy(update={"gone": True}) if kept.empty() else kept

@@ -17,7 +17,7 @@ versions, which lack them, stay unchanged.
 
 from __future__ import annotations
 
-from itertools import zip_longest
+from itertools import takewhile, zip_longest
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, StrictBool, ValidationError, ValidatorFunctionWrapHandler, WrapValidator
@@ -158,11 +158,6 @@ class TrackDoc(Model):
         """Return the first key frame after a frame."""
         return min((k for k in map(int, self.keys) if k > frame), default=None)
 
-    def has_box(self, frame: int) -> bool:
-        """Whether a frame is a key frame with a box."""
-        key = self.keys.get(str(frame))
-        return key is not None and key.box is not None
-
     def line_at(self, frame: int) -> tuple[float, float, float, float] | None:
         """Return the box that key frames give a frame: a key frame's own box, or an interpolated one; None: neither."""
         before = self.last_key(frame)
@@ -184,6 +179,20 @@ class TrackDoc(Model):
         share = (frame - start) / (end - start)
         x1, y1, x2, y2 = (p + share * (q - p) for p, q in zip(a, b, strict=True))
         return x1, y1, x2, y2
+
+    def line_ends(self, frame: int) -> dict[int, Box]:
+        """Return the boxes that a track needs if it is cut before a frame, by frame: where a line ends and begins then.
+
+        They lie apart from the cut if key frames without a box interrupt the line.
+        """
+        frames = self.frames()
+        earlier = takewhile(lambda k: self.keys[str(k)].box is None, (k for k in reversed(frames) if k < frame))
+        later = takewhile(lambda k: self.keys[str(k)].box is None, (k for k in frames if k >= frame))
+        found: dict[int, Box] = {}
+        for places in ((frame, *later), (frame - 1, *(k - 1 for k in earlier))):
+            lines = ((place, self.line_at(place)) for place in places)
+            found |= next(({place: line} for place, line in lines if line is not None), {})
+        return found
 
     def with_key(self, frame: int, **changes: object) -> TrackDoc:
         """Return the document with a key frame: the existing one, or else the values carried over, with changes."""

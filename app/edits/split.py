@@ -14,11 +14,8 @@ def split(doc: TrackDoc, frame: int, new_key: str, class_id: int | None) -> tupl
         new_key: key of the new track.
         class_id: the engine's label of the track, for a half without any segment of the engine's.
     """
-    before, at = (doc.line_at(f) if f >= 0 else None for f in (frame - 1, frame))
-    if at is not None and not doc.has_box(frame):
-        doc = doc.with_key(frame, box=at)
-    if before is not None and not doc.has_box(frame - 1):
-        doc = doc.with_key(frame - 1, box=before)
+    for end, box in doc.line_ends(frame).items():
+        doc = doc.with_key(end, box=box)
     carried = doc.last_key(frame)
     later = {k: key for k, key in doc.keys.items() if int(k) >= frame}
     if carried is not None and carried < frame:

@@ -100,6 +100,30 @@ def test_the_history_of_another_track_does_not_stay(page: Page) -> None:
     assert result(page, body) == [1, 0]
 
 
+def test_a_history_that_was_left_while_it_loaded_is_loaded_again(page: Page) -> None:
+    body = """
+    const { createHistory } = await load('inspector/history.js');
+    const answers = [];
+    const trackHistory = () => {
+      answers.push(later());
+      return answers.at(-1).promise;
+    };
+    const view = createHistory(stub({ labels: [] }, { trackHistory }), signal);
+    document.body.append(view.element);
+    for (const [key, open] of [['m1', true], ['m2', false], ['m1', true]]) {
+      view.element.open = open;
+      view.update(inspected(key));
+      await settle();
+      if (key === 'm2') answers[0].resolve({ happened: [change], more: null });
+      await settle();
+    }
+    answers.at(-1).resolve({ happened: [change], more: null });
+    await settle();
+    view.element.remove();
+    return view.element.querySelectorAll('li').length;"""
+    assert result(page, body) == 1
+
+
 def test_a_view_beside_the_picture_that_is_opened_again_exists_once(page: Page) -> None:
     body = """
     const { createViewerPanel } = await load('viewer_panel.js');

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from functools import partial
 from pathlib import Path
 
@@ -49,6 +50,7 @@ def _project(*tasks: str, tracks: dict[int, tuple[int, ...]], said: str = ' task
         ({"size": 40, "subset": "train"}, 0),
         ({"size": 40, "width": 1280}, 40),
         ({"size": 40, "stop": "9" * 5000}, 40),
+        ({"size": 40, "filter": f"step={'9' * 5000}"}, 40),
     ],
 )
 def test_a_project_gives_the_task_of_the_video(read_file: Read, before: dict[str, object], offset: int) -> None:
@@ -84,6 +86,25 @@ def test_refusals_of_projects(
 ) -> None:
     with pytest.raises(ImportFormatError, match=rf"^annotations\.xml.*{rule}"):
         read_file(_project(*(_task(index, name) for index, name in enumerate(tasks, 1)), tracks=tracks, said=said))
+
+
+@pytest.mark.parametrize("field", ["size", "start"])
+def test_numbers_of_thousands_of_digits_are_refused(read_file: Read, field: str) -> None:
+    tasks = _task(1, "other.mp4", **{field: "9" * 4300, "filter": "step=5"}), _task(2, "drive.mp4")
+    with pytest.raises(ImportFormatError, match=f"<{field}.*> of a task must be a whole number"):
+        read_file(_project(*tasks, tracks={2: (3, 8)}))
+
+
+def test_a_large_step_takes_no_memory(read_file: Read) -> None:
+    content = _project(_task(1, "drive.mp4", filter="step=300000"), tracks={1: (3, 8)})
+    tracemalloc.start()
+    try:
+        (track,) = tracks_of(read_file(content)).values()
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert track.frames.tolist() == list(range(3, 8))
+    assert peak < 10e6
 
 
 def test_tracks_of_two_tasks_without_tasks_are_refused(read_file: Read) -> None:

@@ -122,6 +122,22 @@ def test_frames_of_a_longer_sound_track(tmp_path: Path) -> None:
             read_tasks(tmp_path, content(count, duration))
 
 
+@pytest.mark.parametrize(
+    ("place", "name"),
+    [
+        (f"{REGION}/value/framesCount", "framesCount"),
+        (f"{REGION}/value/sequence/0/time", "time"),
+        ("0/data/fps", "fps"),
+    ],
+)
+def test_numbers_that_no_float_holds(tmp_path: Path, place: str, name: str) -> None:
+    with pytest.raises(ImportFormatError, match=f": {name} is too large"):
+        read_tasks(tmp_path, with_value(SAMPLE, place, 10**400))
+    counted = with_value(SAMPLE, f"{REGION}/value/framesCount", 103)
+    with pytest.raises(ImportFormatError, match="duration is too large"):
+        read_tasks(tmp_path, with_value(counted, f"{REGION}/value/duration", 10**400))
+
+
 def test_annotations_win_over_predictions_in_the_right_task(tmp_path: Path) -> None:
     content = copy.deepcopy(SAMPLE)
     region = copy.deepcopy(content[0]["predictions"][0]["result"][0])

@@ -187,6 +187,21 @@ def test_class_names_beside_label_files(tmp_path: Path) -> None:
     assert_refused(tmp_path, "yolo", "val/classes.txt: has other classes than train/classes.txt")
 
 
+def test_class_names_are_looked_for_in_the_import_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_text(tmp_path, "frame_000010.txt", "1 .5 .5 .1 .1\n")
+    write_text(tmp_path, "train/frame_000050.txt", "1 .5 .5 .1 .1\n")
+    looked_for, is_file = set(), Path.is_file
+
+    def note(path: Path) -> bool:
+        looked_for.add(path)
+        return is_file(path)
+
+    monkeypatch.setattr(Path, "is_file", note)
+    assert len(list(read_onto_drive(tmp_path, "yolo").videos[0].tracks())) == 2
+    folders = {path.parent for path in looked_for if path.name == "classes.txt"}
+    assert folders == {tmp_path, tmp_path / "labels", tmp_path / "train"}
+
+
 def test_a_frame_that_contradicts_the_picture_name_is_reported(tmp_path: Path) -> None:
     path = write_dataset(tmp_path, "coco", ["frame_000010", "front"]) / "instances.json"
     content = json.loads(path.read_text())

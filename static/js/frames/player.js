@@ -189,7 +189,7 @@ export function createPlayer(
       return;
     }
     const { timebase } = review;
-    if (review.frame !== playedFrame) started = null; // the user has moved the cursor: play on from there
+    if (review.frame !== playedFrame) [started, stalled] = [null, 0]; // the user has moved the cursor: play on from there
     started ??= { media: timebase.secondsAt(review.frame), clock: now() };
     const mediaTime = started.media + ((now() - started.clock) / 1000) * speed;
     let nextFrame = Math.max(review.frame, timebase.frameAt(mediaTime));

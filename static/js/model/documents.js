@@ -118,6 +118,31 @@ export function keyFrameBoxAt(doc, frame) {
 }
 
 /**
+ * The boxes that a track needs if it is cut before a frame, by frame: where a line ends and begins then. They lie apart
+ * from the cut if key frames without a box interrupt the line.
+ * @param {TrackDoc} doc
+ * @param {number} frame
+ * @returns {[number, Box][]}
+ */
+export function lineEnds(doc, frame) {
+  const frames = keyFramesOf(doc);
+  /** @param {number[]} keys */
+  const upToBox = (keys) => {
+    const at = keys.findIndex((k) => doc.keys[k].box !== null);
+    return at < 0 ? keys : keys.slice(0, at);
+  };
+  const earlier = upToBox(frames.filter((k) => k < frame).reverse());
+  const later = upToBox(frames.filter((k) => k >= frame));
+  return [
+    [frame, ...later],
+    [frame - 1, ...earlier.map((k) => k - 1)],
+  ].flatMap((places) => {
+    const place = places.find((f) => keyFrameBoxAt(doc, f) !== null);
+    return place === undefined ? [] : [/** @type {[number, Box]} */ ([place, keyFrameBoxAt(doc, place)])];
+  });
+}
+
+/**
  * The state that holds from a key frame up to the next one, without fields at their defaults.
  * @param {KeyFrame} [key]   unset: the state before the first key frame
  */

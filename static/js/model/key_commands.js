@@ -14,6 +14,7 @@ import {
   keyFramesOf,
   keysWithin,
   keyFrameBoxAt,
+  lineEnds,
   newKeyFrame,
   sameAttributes,
   showsFrom,
@@ -43,10 +44,9 @@ export function setAttribute(doc, command) {
 /** @param {TrackDoc} doc @param {number} frame @returns {TrackDoc} */
 export function deleteFrom(doc, frame) {
   if (!showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} There is nothing to delete.`);
-  // a cut line must end at its interpolated box
-  const edge = frame > 0 ? keyFrameBoxAt(doc, frame - 1) : null;
-  if (edge !== null && !doc.keys[frame - 1]?.box) doc = withKey(doc, frame - 1, { box: edge });
-  const cutDoc = { ...doc, segments: clipSegments(doc.segments, -1, frame - 1), keys: keysWithin(doc, -1, frame - 1) };
+  let cutDoc = doc;
+  for (const [end, box] of lineEnds(doc, frame)) cutDoc = withKey(cutDoc, end, { box });
+  cutDoc = { ...doc, segments: clipSegments(doc.segments, -1, frame - 1), keys: keysWithin(cutDoc, -1, frame - 1) };
   return isEmpty(cutDoc) ? { ...doc, gone: true } : cutDoc;
 }
 

@@ -126,6 +126,15 @@ function fieldsOf(form) {
   };
 }
 
+/** The fields of a stored label. A label of another tool can have values that the form refuses: then all are sent. @param {Label} label */
+function storedFields(label) {
+  try {
+    return fieldsOf(formOf(label));
+  } catch {
+    return {};
+  }
+}
+
 /**
  * @param {Label|null} label   the present label; null: a new one
  * @param {LabelForm} form
@@ -138,7 +147,7 @@ export function changeOf(label, form) {
       const key = form.key.trim();
       return { change: { type: 'add', ...fields, ...(key ? { key } : {}) } };
     }
-    const before = fieldsOf(formOf(label));
+    const before = storedFields(label);
     const changed = Object.entries(fields).filter(([field, value]) => JSON.stringify(value) !== JSON.stringify(before[field]));
     return { change: changed.length ? { type: 'update', id: label.id, ...Object.fromEntries(changed) } : null };
   } catch (thrown) {

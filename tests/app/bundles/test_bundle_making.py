@@ -9,14 +9,19 @@ from typing import Any
 
 import pytest
 
+from app.bundles.request import bundle_request
 from app.cli.main import run
+from app.cli.run_names import find_sources
+from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.errors import Conflict, Invalid, NotFound
 from app.storage.models import Output, Run
 from tests import toy_pipeline
 from tests.app import toy_home
 from tests.app.bundles.toy_bundle import (
     FIRST,
+    LABEL,
     STOP,
+    WRONG,
     ToyBundle,
     bundle_service,
     corrections,
@@ -42,6 +47,32 @@ def test_content_of_a_bundle(bundled: ToyBundle) -> None:
     assert [document["key"] for document in documents] == ["habcdef", "m2"]
     assert "reads as a stop sign" in readme
     assert "did not come true" in readme
+
+
+def test_corrections_have_the_labels_of_engine_tracks_outside_of_the_clip(home: Any, tmp_path: Path) -> None:
+    ended, later = Segment(track=1, first=4, last=34), Segment(track=2, first=44, last=74)
+    drawn = {"65": KeyFrame(box=(5.0, 5.0, 20.0, 20.0))}
+    store_documents(
+        home,
+        TrackDoc(key="m1", segments=(ended,), keys=drawn),
+        TrackDoc(key="m2", segments=(later,), keys=drawn),
+        TrackDoc(key="hdrawn1", keys=drawn),
+        TrackDoc(key="hpart01", segments=(ended,), keys=drawn),
+        TrackDoc(key="hpart02", segments=(ended,), keys=drawn, class_id=WRONG),
+        TrackDoc(key="hpart03", segments=(later,), keys=drawn),
+    )
+    (source,) = find_sources([home.run_id], home.settings.home, None, lambda _: None)
+    corrections_of = bundle_request(source, tmp_path / "bug.zip", 60, STOP).corrections
+    assert {doc["key"]: doc["class_id"] for doc in corrections_of["documents"]} == {
+        "m1": LABEL,
+        "m2": None,
+        "hdrawn1": None,
+        "hpart01": LABEL,
+        "hpart02": WRONG,
+        "hpart03": None,
+    }
+    assert set(corrections_of["labels"]) == {str(LABEL), str(WRONG)}
+    store_documents(home, *corrections())
 
 
 def test_it_replays_on_another_machine(bundled: ToyBundle) -> None:

@@ -31,6 +31,21 @@ def test_a_track_of_the_clip_merged_into_an_ended_one_is_kept() -> None:
     assert found.segments == (Segment(track=4, first=2, last=30),)
 
 
+@pytest.mark.parametrize("pauses", [True, False])
+def test_boxes_of_a_line_that_is_interrupted_in_the_clip_are_kept(pauses: bool) -> None:
+    """A line across the clip is shown in one half of it; a key frame without a box shows the engine's in the other."""
+    line = {
+        "40": KeyFrame(box=(40.0, 0.0, 50.0, 10.0), interpolate=pauses),
+        "70": KeyFrame(occluded=True, interpolate=not pauses),
+        "100": KeyFrame(box=(100.0, 0.0, 110.0, 10.0)),
+    }
+    found = shifted(keys=line)
+    assert found is not None
+    shown = range(55, 70) if pauses else range(70, 90)
+    assert [f for f in range(55, 90) if found.line_at(f - 50) is not None] == [*shown]
+    assert all(found.line_at(f - 50) == pytest.approx((f, 0.0, f + 10.0, 10.0)) for f in shown)
+
+
 @pytest.mark.parametrize("bare", [55, 89])
 def test_interpolated_boxes_are_kept_if_a_key_frame_without_a_box_ends_the_clip(bare: int) -> None:
     line = {

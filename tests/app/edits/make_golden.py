@@ -21,6 +21,7 @@ from tests.app.edits.random_commands import (
     SPANS,
     engine_box,
     initial_documents,
+    interrupted_lines,
     random_attribute_command,
     random_box,
     random_command,
@@ -68,21 +69,35 @@ def splits(seed: int) -> list[dict[str, Any]]:
 
 
 def cuts(seed: int) -> list[dict[str, Any]]:
-    """A line across a key frame without a box, cut at that frame and elsewhere."""
+    """Lines across a key frame without a box, which may interrupt them, cut at that frame and elsewhere."""
     rng = random.Random(seed)
-    docs = initial_documents()
-    for raw in (
+    docs = _edited(
         {"name": "set_occluded", "frame": 8, "key": "m1", "value": True},
         {"name": "set_box", "frame": 3, "key": "m1", "box": random_box(rng)},
         {"name": "set_box", "frame": 18, "key": "m1", "box": random_box(rng)},
         {"name": "interpolate", "frame": 3, "key": "m1", "first": 3, "last": 18, "value": True},
-    ):
-        docs |= apply_command(docs, ADAPTER.validate_python(raw))
+    )
     found = []
     for frame in (8, 9, 12):
-        for name, new in (("delete_from", {}), ("split", {"new_key": "hpart0001"})):
-            raw = {"name": name, "frame": frame, "key": "m1", **new}
-            found.append(_case(f"{name} at {frame}", docs, raw, rng)[0])
+        found += _cut(docs, "m1", frame, rng)
+    docs = _edited(*interrupted_lines(random_box(rng), random_box(rng)))
+    for key, frame in (("m1", 9), ("m1", 12), ("m2", 23), ("m2", 30)):
+        found += _cut(docs, key, frame, rng)
+    return found
+
+
+def _edited(*commands: dict[str, Any]) -> dict[str, TrackDoc]:
+    docs = initial_documents()
+    for raw in commands:
+        docs |= apply_command(docs, ADAPTER.validate_python(raw))
+    return docs
+
+
+def _cut(docs: dict[str, TrackDoc], key: str, frame: int, rng: random.Random) -> list[dict[str, Any]]:
+    found = []
+    for name, new in (("delete_from", {}), ("split", {"new_key": "hpart0001"})):
+        raw = {"name": name, "frame": frame, "key": key, **new}
+        found.append(_case(f"{name} at {frame}", docs, raw, rng)[0])
     return found
 
 

@@ -30,6 +30,27 @@ def initial_documents() -> dict[str, TrackDoc]:
     return {f"m{t}": engine_doc(t, *span) for t, span in SPANS.items()}
 
 
+def interrupted_lines(start: list[float], end: list[float]) -> list[dict[str, Any]]:
+    """Commands for a line from frame 3 to 18 of m1, shown up to frame 8, and one from 20 to 35 of m2, shown from 27 on.
+
+    A key frame without a box shows the engine's boxes in the other frames.
+    """
+    return [
+        {"name": "set_box", "frame": 3, "key": "m1", "box": start},
+        {"name": "set_box", "frame": 8, "key": "m1", "box": end},
+        {"name": "interpolate", "frame": 3, "key": "m1", "first": 3, "last": 8, "value": True},
+        {"name": "set_occluded", "frame": 9, "key": "m1", "value": True},
+        {"name": "set_box", "frame": 18, "key": "m1", "box": end},
+        {"name": "remove_key", "frame": 8, "key": "m1"},
+        {"name": "set_occluded", "frame": 27, "key": "m2", "value": True},
+        {"name": "set_box", "frame": 20, "key": "m2", "box": start},
+        {"name": "set_box", "frame": 25, "key": "m2", "box": end},
+        {"name": "set_box", "frame": 35, "key": "m2", "box": end},
+        {"name": "interpolate", "frame": 25, "key": "m2", "first": 25, "last": 35, "value": True},
+        {"name": "remove_key", "frame": 25, "key": "m2"},
+    ]
+
+
 def random_box(rng: random.Random) -> list[float]:
     """A box with edges that binary fractions hold exactly."""
     x, y = rng.randrange(0, 800) / 4, rng.randrange(0, 400) / 4

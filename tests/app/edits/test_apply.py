@@ -16,7 +16,7 @@ from app.edits.apply import CommandError, apply_command, touched_keys
 from app.edits.commands import Command
 from app.edits.documents import NO_CLASS, OPEN_END, KeyFrame, TrackDoc, engine_doc
 from app.edits.effective import Effective, box_at, effective_track
-from tests.app.edits.random_commands import SPANS, engine_box, initial_documents, random_command
+from tests.app.edits.random_commands import SPANS, engine_box, initial_documents, interrupted_lines, random_command
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 GOLDEN = [
@@ -123,6 +123,22 @@ def test_a_line_cut_at_a_key_frame_without_a_box_keeps_its_boxes(frame: int) -> 
         whole = box_shown(docs["m1"], f)
         assert is_near(box_shown(cut, f), whole if f < frame else None), f
         assert is_near(box_shown(parts["m1"], f), whole if f < frame else None), f
+        assert is_near(box_shown(parts["hlater1"], f), whole if f >= frame else None), f
+
+
+@pytest.mark.parametrize(("key", "frame"), [("m1", 9), ("m1", 12), ("m2", 23), ("m2", 27), ("m2", 30)])
+def test_a_cut_beside_an_interrupted_line_keeps_its_boxes(key: str, frame: int) -> None:
+    docs = initial_documents()
+    for command in interrupted_lines([0.0, 0.0, 10.0, 10.0], [150.0, 0.0, 160.0, 10.0]):
+        docs = apply(docs, **command)
+    assert [f for f in range(41) if (s := box_shown(docs["m1"], f)) and s.origin == "interpolated"] == [*range(4, 9)]
+    assert [f for f in range(41) if (s := box_shown(docs["m2"], f)) and s.origin == "interpolated"] == [*range(27, 35)]
+    cut = apply(docs, name="delete_from", key=key, frame=frame)[key]
+    parts = apply(docs, name="split", key=key, frame=frame, new_key="hlater1")
+    for f in range(41):
+        whole = box_shown(docs[key], f)
+        assert is_near(box_shown(cut, f), whole if f < frame else None), f
+        assert is_near(box_shown(parts[key], f), whole if f < frame else None), f
         assert is_near(box_shown(parts["hlater1"], f), whole if f >= frame else None), f
 
 

@@ -156,6 +156,25 @@ test('a jump during playback plays on from there', async () => {
   }
 });
 
+test('playback that waits after a jump requests the picture that it waits for', async () => {
+  /** @type {() => void} */
+  let beat = () => {};
+  const { asked, store, wait, go } = createPlayerFixture((run) => ((beat = run), 1));
+  const waitLong = () => {
+    for (let i = 0; i < 12; i++) {
+      wait(500);
+      beat();
+    }
+  };
+  await tick();
+  store.dispatch(setPlaying, true);
+  await tick();
+  waitLong();
+  await go(1000);
+  waitLong();
+  assert.deepEqual(pluck(asked, 'frame'), [0, 1, 1000, 1001]);
+});
+
 test('a picture that takes too long does not hold up the next', async () => {
   const { asked, painted, wait, go } = createPlayerFixture();
   await tick();

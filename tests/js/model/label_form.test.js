@@ -43,6 +43,14 @@ test('a new label has the typed fields, and a key only if one was typed', () => 
   assert.equal('change' in keyed && keyed.change?.key, 'C,19');
 });
 
+test('a stored value that the form refuses can be corrected', () => {
+  const narrow = { ...stop, attributes: [attribute({ name: 'angle', kind: 'number', low: 1e-7 })] };
+  const form = formOf(narrow);
+  assert.match(Object(changeOf(narrow, form)).error, /the smallest value must be a number, not “1e-7”/);
+  const { change } = Object(changeOf(narrow, { ...form, attributes: [{ ...form.attributes[0], low: '0' }] }));
+  assert.equal(change.attributes[0].low, 0);
+});
+
 test('invalid input gives a sentence', () => {
   const withOne = (/** @type {object} */ more) => ({ ...formOf(stop), attributes: [{ ...NEW_ATTRIBUTE, name: 'a', ...more }] });
   for (const [form, words] of /** @type {[any, RegExp][]} */ ([

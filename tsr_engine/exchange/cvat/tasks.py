@@ -16,7 +16,7 @@ from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.exchange.xml import Node
 from tsr_engine.io.plain_numbers import parse_whole
 
-_STEP = re.compile(r"\s*step\s*=\s*(\d+)\s*", re.ASCII)
+_STEP = re.compile(r"\s*step\s*=\s*(\d{1,9})\s*", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,11 +137,12 @@ def _stop(node: Node) -> int | None:
 
 
 def _whole(node: Node, name: str, file: str) -> int:
+    text = node.value(name)
     try:
-        return parse_whole(node.value(name))
+        value = parse_whole(text) if len(text) < 10 else None
     except ValueError:
-        raise rule_error(
-            file,
-            node.line,
-            f"<{name}> of a task must be a whole number, as later tasks are numbered by it. Correct it.",
-        ) from None
+        value = None
+    if value is None:
+        rule = f"<{name}> of a task must be a whole number, as later tasks are numbered by it. Correct it."
+        raise rule_error(file, node.line, rule)
+    return value

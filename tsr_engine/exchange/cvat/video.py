@@ -215,7 +215,8 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
 def _frame(node: Node, file: str, validator: ImportValidator, task: Task, *, outside: bool) -> int:
     value, count = attribute(node, "frame", file), validator.target.video.frames
     # The mark of the end may lie one step of the task after the last frame.
-    if outside and value in {str(task.offset + count + extra) for extra in range(task.step)}:
+    first, is_whole = task.offset + count, value.isascii() and value.isdigit() and len(value) < 20
+    if outside and is_whole and int(value) in range(first, first + task.step):
         return count
     return validator.frame(value, file, node.line, origin=task.offset)
 

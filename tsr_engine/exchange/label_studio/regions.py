@@ -47,6 +47,7 @@ class TimeCheck:
         """Compare the time of a key frame with its number from 1, or with its ordinal."""
         if not is_number(time):
             return
+        time = _number(time, "time", self._file, location)
         self._checked += 1
         self._from_zero += abs(time * self._rate - frame) < 0.25
         # A tolerance of half a frame, because times are rounded and some come from the player.
@@ -75,7 +76,7 @@ class TimeCheck:
             self._validator.count(
                 "Key frames were taken by their number; their time is that of another", self._file, location
             )
-        if is_number(fps) and abs(fps - self._rate) > 0.01 * self._rate:
+        if is_number(fps) and abs(_number(fps, "fps", self._file, self._where) - self._rate) > 0.01 * self._rate:
             self._validator.repair(f"{self._file}, {self._where}: says {fps:g} frames/s, {video.name} has {rate}.")
 
 
@@ -145,10 +146,10 @@ def read_region(
 def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -> Edges:
     video = validator.target.video
     x, y, width, height = (
-        _number(key, name, file, where) / 100 * side
+        _number(key.get(name), name, file, where) / 100 * side
         for name, side in (("x", video.width), ("y", video.height), ("width", video.width), ("height", video.height))
     )
-    rotation = _number(key, "rotation", file, where) if key.get("rotation") else 0.0
+    rotation = _number(key["rotation"], "rotation", file, where) if key.get("rotation") else 0.0
     if rotation % 360 and math.isfinite(rotation):
         x, y, width, height = _upright(x, y, width, height, rotation)
         validator.count("Rotated boxes were replaced by the upright boxes around them", file, where)
@@ -156,11 +157,14 @@ def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -
 
 
 def _check_count(value: JsonObject, validator: ImportValidator, file: str, where: str) -> None:
-    video, count, duration = validator.target.video, value.get("framesCount"), value.get("duration")
+    video, duration = validator.target.video, value.get("duration")
+    if not is_number(value.get("framesCount")):
+        return
+    count = _number(value["framesCount"], "framesCount", file, where)
     # Label Studio rounds the duration, so the count may be off by one.
-    if is_number(count) and abs(count - video.frames) > 1:
+    if abs(count - video.frames) > 1:
         rate = float(video.rate or 0)
-        is_at_rate = is_number(duration) and abs(count - duration * rate) <= 1
+        is_at_rate = is_number(duration) and abs(count - _number(duration, "duration", file, where) * rate) <= 1
         # The duration is the file's: a sound track is often a little longer than the pictures.
         if is_at_rate and 0 < count - video.frames <= rate:
             validator.count("Regions count the frames of a sound track that is longer than the pictures", file, where)
@@ -185,12 +189,11 @@ def _meta(region: JsonObject) -> dict[str, list[str]]:
     return out
 
 
-def _number(key: JsonObject, name: str, file: str, where: str) -> float:
-    value = key.get(name)
+def _number(value: object, name: str, file: str, where: str) -> float:
     if not is_number(value):
         raise rule_error(file, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
     try:
-        return float(value)  # type: ignore[arg-type]
+        return float(value)
     except OverflowError:
         raise rule_error(file, where, f"{name} is too large. Correct it.") from None
 

@@ -154,7 +154,7 @@ def _class_names_beside(path: Path, files: list[str]) -> tuple[dict[int, str] | 
     Raises:
         ImportFormatError: two folders have different names.
     """
-    folders = dict.fromkeys(name.rpartition("/")[0] for name in files)
+    folders = dict.fromkeys(name.rpartition("/")[0] for name in files if "/" in name)
     lists = [name for folder in folders if (path / (name := f"{folder}/classes.txt")).is_file()]
     found = [read_names(path / name) for name in lists]
     if not found:

@@ -78,6 +78,7 @@ export function createHistory(app, signal) {
       notice.textContent = errorMessage(thrown);
     } finally {
       if (shownKey === requestedKey) more.disabled = false;
+      else if (loadedKey === requestedKey) loadedKey = ''; // left meanwhile, so the answer is not shown
     }
   }
 
