@@ -10,7 +10,7 @@ from app.edits import commands as c
 from app.edits.documents import OPEN_END, Box, KeyFrame, Note, TrackDoc
 from app.edits.join import join
 from app.edits.relabel import relabelled, with_attribute
-from app.edits.split import clip, split
+from app.edits.split import clip, split, with_line_ends
 
 Docs = Mapping[str, TrackDoc]
 
@@ -142,10 +142,7 @@ def _shown_box(command: c.RelabelBox | c.SetOccluded | c.SetOutside | c.SetAttri
 def _delete_from(command: c.DeleteFrom, doc: TrackDoc) -> TrackDoc:
     if not doc.shows_from(command.frame):
         raise CommandError(f"{_shows_nothing(doc, command.frame)} There is nothing to delete.")
-    # a cut line must end at the box that it had there
-    edge = doc.line_at(command.frame - 1) if command.frame > 0 else None
-    if edge is not None and not doc.has_box(command.frame - 1):
-        doc = doc.with_key(command.frame - 1, box=edge)
+    doc = with_line_ends(doc, command.frame)
     kept = doc.model_copy(
         update={
             "segments": clip(doc.segments, -1, command.frame - 1),

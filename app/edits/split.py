@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.edits.documents import KeyFrame, Segment, TrackDoc
+from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
 
 
 def split(doc: TrackDoc, frame: int, new_key: str, class_id: int | None) -> tuple[TrackDoc, TrackDoc]:
@@ -14,11 +14,7 @@ def split(doc: TrackDoc, frame: int, new_key: str, class_id: int | None) -> tupl
         new_key: key of the new track.
         class_id: the engine's label of the track, for a half without any segment of the engine's.
     """
-    before, at = (doc.line_at(f) if f >= 0 else None for f in (frame - 1, frame))
-    if at is not None and not doc.has_box(frame):
-        doc = doc.with_key(frame, box=at)
-    if before is not None and not doc.has_box(frame - 1):
-        doc = doc.with_key(frame - 1, box=before)
+    doc = with_line_ends(doc, frame)
     carried = doc.last_key(frame)
     later = {k: key for k, key in doc.keys.items() if int(k) >= frame}
     if carried is not None and carried < frame:
@@ -44,6 +40,22 @@ def split(doc: TrackDoc, frame: int, new_key: str, class_id: int | None) -> tupl
         }
     )
     return _with_class(old, class_id), _with_class(new, class_id)
+
+
+def with_line_ends(doc: TrackDoc, frame: int) -> TrackDoc:
+    """Add boxes where the line across a cut before a frame starts and ends, so that each half keeps its part.
+
+    The line has gaps where key frames without a box do not interpolate.
+    """
+    frames = doc.frames()
+    start = max((k for k in frames if k < frame and doc.has_box(k)), default=OPEN_END)
+    end = min((k for k in frames if k >= frame and doc.has_box(k)), default=-1)
+    changes = (k for k in frames if start < k < end and (doc.line_at(k - 1) is None) != (doc.line_at(k) is None))
+    boxes = {edge: doc.line_at(edge) for k in (frame, *changes) for edge in (k - 1, k)}
+    for edge, box in boxes.items():
+        if box is not None and not doc.has_box(edge):
+            doc = doc.with_key(edge, box=box)
+    return doc
 
 
 def clip(segments: tuple[Segment, ...], first: int, last: int) -> tuple[Segment, ...]:

@@ -43,11 +43,29 @@ export function setAttribute(doc, command) {
 /** @param {TrackDoc} doc @param {number} frame @returns {TrackDoc} */
 export function deleteFrom(doc, frame) {
   if (!showsFrom(doc, frame)) throw new CommandError(`${showsNothing(doc, frame)} There is nothing to delete.`);
-  // a cut line must end at its interpolated box
-  const edge = frame > 0 ? keyFrameBoxAt(doc, frame - 1) : null;
-  if (edge !== null && !doc.keys[frame - 1]?.box) doc = withKey(doc, frame - 1, { box: edge });
+  doc = withLineEnds(doc, frame);
   const cutDoc = { ...doc, segments: clipSegments(doc.segments, -1, frame - 1), keys: keysWithin(doc, -1, frame - 1) };
   return isEmpty(cutDoc) ? { ...doc, gone: true } : cutDoc;
+}
+
+/**
+ * The same track with boxes where the line across a cut before a frame starts and ends, so that each half keeps its
+ * part. The line has gaps where key frames without a box are not interpolated.
+ * @param {TrackDoc} doc
+ * @param {number} frame
+ * @returns {TrackDoc}
+ */
+export function withLineEnds(doc, frame) {
+  const frames = keyFramesOf(doc);
+  const start = frames.findLast((k) => k < frame && doc.keys[k].box !== null) ?? Infinity;
+  const end = frames.find((k) => k >= frame && doc.keys[k].box !== null) ?? -1;
+  const changes = frames.filter((k) => start < k && k < end && (keyFrameBoxAt(doc, k - 1) === null) !== (keyFrameBoxAt(doc, k) === null));
+  let pinned = doc;
+  for (const edge of [frame, ...changes].flatMap((k) => [k - 1, k])) {
+    const box = keyFrameBoxAt(doc, edge);
+    if (box !== null && !pinned.keys[edge]?.box) pinned = withKey(pinned, edge, { box });
+  }
+  return pinned;
 }
 
 /** @param {TrackDoc} doc @param {number} frame */

@@ -14,13 +14,12 @@ import {
   isEmpty,
   keyAt,
   keysWithin,
-  keyFrameBoxAt,
   newKeyFrame,
   nonDefaultFields,
   stateOf,
-  withKey,
 } from './documents.js';
 import { join } from './join.js';
+import { withLineEnds } from './key_commands.js';
 
 /**
  * @param {Record<string, TrackDoc>} docs
@@ -52,10 +51,7 @@ export function split(docs, doc, command) {
   const { frame } = command;
   const newKey = requireValue(command.new_key, 'new_key');
   if (docs[newKey]) throw new CommandError(`There is a track ${newKey} already.`);
-  const before = frame > 0 ? keyFrameBoxAt(doc, frame - 1) : null;
-  const at = keyFrameBoxAt(doc, frame);
-  if (at !== null && !doc.keys[frame]?.box) doc = withKey(doc, frame, { box: at });
-  if (before !== null && !doc.keys[frame - 1]?.box) doc = withKey(doc, frame - 1, { box: before });
+  doc = withLineEnds(doc, frame);
   const later = keysWithin(doc, frame, Infinity);
   if (!doc.keys[frame]) {
     const state = stateOf(keyAt(doc, frame));

@@ -68,21 +68,31 @@ def splits(seed: int) -> list[dict[str, Any]]:
 
 
 def cuts(seed: int) -> list[dict[str, Any]]:
-    """A line across a key frame without a box, cut at that frame and elsewhere."""
+    """A line across key frames without a box, cut there and elsewhere; then with a gap between these key frames."""
     rng = random.Random(seed)
     docs = initial_documents()
-    for raw in (
+    line = [
         {"name": "set_occluded", "frame": 8, "key": "m1", "value": True},
         {"name": "set_box", "frame": 3, "key": "m1", "box": random_box(rng)},
         {"name": "set_box", "frame": 18, "key": "m1", "box": random_box(rng)},
         {"name": "interpolate", "frame": 3, "key": "m1", "first": 3, "last": 18, "value": True},
-    ):
-        docs |= apply_command(docs, ADAPTER.validate_python(raw))
+    ]
+    gap = [
+        {**line[-1], "value": False},
+        {"name": "set_occluded", "frame": 12, "key": "m1", "value": True},
+        line[-1],
+        {"name": "set_box", "frame": 25, "key": "m1", "box": [1, 1, 9, 9]},
+        {"name": "interpolate", "frame": 8, "key": "m1", "first": 8, "last": 25, "value": False},
+        {"name": "interpolate", "frame": 12, "key": "m1", "first": 12, "last": 25, "value": True},
+    ]
     found = []
-    for frame in (8, 9, 12):
-        for name, new in (("delete_from", {}), ("split", {"new_key": "hpart0001"})):
-            raw = {"name": name, "frame": frame, "key": "m1", **new}
-            found.append(_case(f"{name} at {frame}", docs, raw, rng)[0])
+    for what, commands, frames in (("", line, (8, 9, 12)), ("with a gap, ", gap, (6, 10, 14))):
+        for raw in commands:
+            docs |= apply_command(docs, ADAPTER.validate_python(raw))
+        for frame in frames:
+            for name, new in (("delete_from", {}), ("split", {"new_key": "hpart0001"})):
+                raw = {"name": name, "frame": frame, "key": "m1", **new}
+                found.append(_case(f"{what}{name} at {frame}", docs, raw, rng)[0])
     return found
 
 
