@@ -9,6 +9,7 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
+from app.edits.split import with_line_ends
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import default_keys
@@ -148,16 +149,10 @@ def shift_document(
 
 def _keys_within(doc: TrackDoc, first: int, stop: int) -> dict[int, KeyFrame]:
     """Return the key frames in the range; key frames outside of it become key frames at its first and last frame."""
+    doc = with_line_ends(with_line_ends(doc, first), stop)
     keys = {frame: doc.keys[str(frame)] for frame in doc.frames() if first <= frame < stop}
     before = doc.last_key(first)
     if before is not None and before < first:
         state = doc.keys[str(before)]
         keys[first] = state.model_copy(update={"box": None, "class_id": None})
-    last = stop - 1
-    if last not in keys and doc.line_at(last) is not None:
-        state = doc.keys[str(doc.last_key(last))]
-        keys[last] = KeyFrame(**{**state.state(), "outside": False, "interpolate": True})
-    for frame in {first, last} & keys.keys():
-        if (line := doc.line_at(frame)) is not None:  # a key frame without a box can lie on an interpolated line
-            keys[frame] = keys[frame].model_copy(update={"box": line})
     return dict(sorted(keys.items()))

@@ -44,6 +44,20 @@ def test_interpolated_boxes_are_kept_if_a_key_frame_without_a_box_ends_the_clip(
     assert found.keys[str(bare - 50)].occluded
 
 
+@pytest.mark.parametrize(("gap", "shown"), [((50, 60), range(60, 90)), ((80, 95), range(55, 80))])
+def test_interpolated_boxes_are_kept_if_the_clip_ends_in_a_gap_of_the_line(gap: tuple[int, int], shown: range) -> None:
+    line = {
+        "40": KeyFrame(box=(40.0, 0.0, 50.0, 10.0), interpolate=True),
+        str(gap[0]): KeyFrame(),
+        str(gap[1]): KeyFrame(interpolate=True),
+        "100": KeyFrame(box=(100.0, 0.0, 110.0, 10.0)),
+    }
+    found = shifted(keys=line)
+    assert found is not None
+    boxes = {f: found.line_at(f - 50) for f in range(55, 90)}
+    assert {f: box for f, box in boxes.items() if box} == {f: pytest.approx((f, 0, f + 10, 10)) for f in shown}
+
+
 @pytest.mark.parametrize(
     "content",
     [
