@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from app.bundles import request
 from app.cli.main import run
+from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.errors import Conflict, Invalid, NotFound
+from app.exchange.run_sources import run_source
 from app.storage.models import Output, Run
 from tests import toy_pipeline
 from tests.app import toy_home
@@ -24,6 +28,7 @@ from tests.app.bundles.toy_bundle import (
     store_documents,
 )
 from tsr_engine.bundle import bundle_params, open_bundle, replay_bundle
+from tsr_engine.bundle.lead_in import LeadIn
 
 
 def test_content_of_a_bundle(bundled: ToyBundle) -> None:
@@ -42,6 +47,19 @@ def test_content_of_a_bundle(bundled: ToyBundle) -> None:
     assert [document["key"] for document in documents] == ["habcdef", "m2"]
     assert "reads as a stop sign" in readme
     assert "did not come true" in readme
+
+
+@pytest.mark.parametrize(("start", "label"), [(51, None), (52, 14)])
+def test_a_track_without_evidence_keeps_its_label(
+    home: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start: int, label: int | None
+) -> None:
+    monkeypatch.setattr(request, "find_lead_in", lambda *_: LeadIn(start, 2, False))
+    drawn = TrackDoc(key="m1", segments=(Segment(track=1, first=4, last=51),), keys={"60": KeyFrame(box=(0, 0, 9, 9))})
+    with home.database.read() as session:
+        source = replace(run_source(session, home.settings, home.run_id), documents={"m1": drawn})
+    corrections = request.bundle_request(source, tmp_path / "bug.zip", 55, 70).corrections
+    assert [each["class_id"] for each in corrections["documents"]] == [label]
+    assert set(corrections["labels"]) == ({"14"} if label else set())
 
 
 def test_it_replays_on_another_machine(bundled: ToyBundle) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from app.bundles.corrections import shift_document
+from app.bundles.corrections import shift_document, with_engine_label
 from app.edits.documents import KeyFrame, Segment, TrackDoc
 
 BOX = (0.0, 0.0, 10.0, 10.0)
@@ -29,6 +29,15 @@ def test_a_track_of_the_clip_merged_into_an_ended_one_is_kept() -> None:
     found = shifted({4: (2, 30)}, segments=(*ENDED, Segment(track=4, first=51, last=80)))
     assert found is not None
     assert found.segments == (Segment(track=4, first=2, last=30),)
+
+
+@pytest.mark.parametrize(("present", "label"), [({4, 7}, None), ({4}, 14), (set(), 14)])
+def test_a_document_keeps_a_label_that_the_clip_lacks(present: set[int], label: int | None) -> None:
+    merged = TrackDoc(key="m7", segments=(*ENDED, Segment(track=4, first=51, last=80)))
+    assert with_engine_label(merged, {4: 3, 7: 14}, present).class_id == label
+    assert with_engine_label(merged, {4: 3, 7: -1}, present).class_id is None
+    own = merged.model_copy(update={"class_id": 5})
+    assert with_engine_label(own, {4: 3, 7: 14}, present) == own
 
 
 @pytest.mark.parametrize("bare", [55, 89])
