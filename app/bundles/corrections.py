@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
 from app.edits.documents import KeyFrame, Note, Segment, TrackDoc
+from app.exchange.engine_tracks import engine_label
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.labels.classes import default_keys
@@ -29,6 +30,21 @@ def label_keys(documents: Iterable[JsonObject], labels: LabelSet) -> dict[str, s
     """
     keys = {label.id: label.key for label in labels}
     return {str(number): keys[number] for number in sorted(_label_ids(documents)) if number in keys}
+
+
+def with_engine_label(doc: TrackDoc, labels: Mapping[int, int], present: Container[int]) -> TrackDoc:
+    """Give a document the engine's label as its own if the evidence of a clip would show another one, or none.
+
+    Args:
+        doc: the document.
+        labels: label of each engine track of the run, by number; -1: not classified.
+        present: numbers of the engine tracks in the clip.
+    """
+    label = engine_label(doc, labels)
+    if doc.class_id is not None or label in (None, NO_CLASS):
+        return doc
+    shown = engine_label(doc, {number: each for number, each in labels.items() if number in present})
+    return doc if shown == label else doc.model_copy(update={"class_id": label})
 
 
 def _label_ids(documents: Iterable[JsonObject]) -> set[int]:

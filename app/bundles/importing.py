@@ -217,7 +217,9 @@ class BundleImports:
         upload = self._uploads.path_of(digest, clip.suffix)
         with self._uploads.lock(digest), moving_files(home, run_id, upload) as moves, self._database.write() as session:
             video = self._video(session, manifest, clip, upload, moves)
-            run = self._run(manifest, video.id, run_id, report, len(spans), read_header(folder / EVIDENCE).labels)
+            # an engine track without boxes in the clip can have boxes that people drew
+            tracks = len({f"m{track}" for track in spans} | {key for key in documents if key.startswith("m")})
+            run = self._run(manifest, video.id, run_id, report, tracks, read_header(folder / EVIDENCE).labels)
             session.add(run)
             session.flush()
             self._correct(session, run, documents, spans, report, author)

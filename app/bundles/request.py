@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from app.bundles.corrections import label_keys
+from app.bundles.corrections import label_keys, with_engine_label
 from app.bundles.expectation import expectation_of
 from app.edits.documents import TrackDoc
-from app.edits.split import clip
 from app.exchange.dataset import Source
-from app.exchange.engine_tracks import engine_label, read_track_infos
+from app.exchange.engine_tracks import read_track_infos
 from app.recordings.annotation import corrected_rows
 from tsr_engine.bundle import Bounds, BundleReport, BundleRequest, read_expectation
+from tsr_engine.bundle.lead_in import find_lead_in
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.evidence import EvidenceReader
 from tsr_engine.io.frame_table import FrameTable
 from tsr_engine.io.opened_file import VideoSource, display_path
 from tsr_engine.json_shapes import JsonObject
-from tsr_engine.track_table import NO_CLASS
 
 
 def bundle_request(
@@ -70,7 +69,7 @@ def bundle_request(
         else:
             bounds = Bounds() if max_eq7 is None else Bounds(eq7=max_eq7)
             expected = expectation_of(reader, source.documents, first, stop, tracks, bounds, source.classes)
-    documents = _corrected_documents(source, first, stop, tracks)
+        documents = _corrected_documents(reader, source, first, stop, tracks)
     return BundleRequest(
         evidence=source.folder,
         video=path,
@@ -102,26 +101,19 @@ def _require_known(reader: EvidenceReader, source: Source, tracks: Collection[st
             raise UsageError(f"The run has no track {key[:40]!r}. The engine's are called m1, m2 and so on.")
 
 
-def _corrected_documents(source: Source, first: int, stop: int, tracks: Collection[str]) -> list[JsonObject]:
-    """Documents with corrections in the frames, by key.
-
-    The clip may lack the engine track whose label a document shows. The document then has that label itself.
-    """
+def _corrected_documents(
+    reader: EvidenceReader, source: Source, first: int, stop: int, tracks: Collection[str]
+) -> list[JsonObject]:
+    """Documents with corrections in the frames, by key, with the engine's labels that the bundle's evidence lacks."""
     infos = read_track_infos(source.folder, source.classes.to_label)
+    start = find_lead_in(reader, first).start
     labels = {number: info.label for number, info in infos.items()}
-    inside = {number: info.label for number, info in infos.items() if info.span[0] < stop and info.span[1] >= first}
-    found = []
-    for key, document in sorted(source.documents.items()):
-        if (tracks and key not in tracks) or not _touches(document, first, stop):
-            continue
-        part = document.model_copy(update={"segments": clip(document.segments, first, stop - 1)})
-        label, label_in_clip = (
-            NO_CLASS if (known := engine_label(*of)) is None else known for of in ((document, labels), (part, inside))
-        )
-        if document.class_id is None and label != label_in_clip and not document.gone:
-            document = document.model_copy(update={"class_id": label})
-        found.append(document.model_dump(mode="json"))
-    return found
+    present = {number for number, info in infos.items() if info.span[0] < stop and info.span[1] >= start}
+    return [
+        with_engine_label(document, labels, present).model_dump(mode="json")
+        for key, document in sorted(source.documents.items())
+        if (not tracks or key in tracks) and _touches(document, first, stop)
+    ]
 
 
 def _touches(document: TrackDoc, first: int, stop: int) -> bool:

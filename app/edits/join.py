@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import takewhile
+from itertools import pairwise, takewhile
 
 from app.edits.documents import OPEN_END, KeyFrame, Segment, TrackDoc
 from tsr_engine.json_shapes import JsonObject
@@ -17,10 +17,11 @@ def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
 
     A track has the frames of its segments, of its key frames with a box, and of the lines between those. The values of
     a key frame end where the other track's frames begin: a track that left the picture does not hide the track that is
-    joined to it, and no line runs across a gap. Attributes of both tracks are combined; those of ``doc`` have
-    precedence.
+    joined to it, and no line runs across a gap. Frames of ``doc`` that are marked as outside count as missing where
+    ``other`` shows something. Attributes of both tracks are combined; those of ``doc`` have precedence.
     """
     doc, other = _with_line_ends(doc), _with_line_ends(other)
+    doc = _without(doc, _subtract(_shown_spans(other), _shown_spans(doc)))
     own_keys, other_keys = ({int(k): key for k, key in each.keys.items()} for each in (doc, other))
     keys = dict(own_keys)
     pieces = list(doc.segments)
@@ -99,6 +100,23 @@ def _state(keys: dict[int, KeyFrame], frame: int) -> JsonObject:
     """The values of the last key frame at or before a frame."""
     last = max((k for k in keys if k <= frame), default=None)
     return (KeyFrame() if last is None else keys[last]).state()
+
+
+def _without(doc: TrackDoc, spans: list[Span]) -> TrackDoc:
+    """The track without the parts of its segments in these frames."""
+    segments = [
+        Segment(track=s.track, first=first, last=last)
+        for s in doc.segments
+        for first, last in _subtract([(s.first, s.last)], spans)
+    ]
+    return doc.model_copy(update={"segments": tuple(segments)})
+
+
+def _shown_spans(doc: TrackDoc) -> list[Span]:
+    """The frames of a track that are not marked as outside."""
+    frames = [*doc.frames(), OPEN_END + 1]
+    outside = [(k, following - 1) for k, following in pairwise(frames) if doc.keys[str(k)].outside]
+    return _subtract(_spans(doc), outside)
 
 
 def _spans(doc: TrackDoc) -> list[Span]:

@@ -13,11 +13,11 @@ returns what was handed in.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Final, Literal, cast
 
-from sqlalchemy import Select, case, select
+from sqlalchemy import Select, case, insert, select
 from sqlalchemy.orm import Session
 
 from app.body_model import Model
@@ -27,7 +27,7 @@ from app.people.identity import Identity
 from app.people.roles import Role, at_least
 from app.people.service import person_named
 from app.storage.database import Database
-from app.storage.lookup import require_video
+from app.storage.lookup import in_parts, require_video
 from app.storage.models import Assignment, Person, Video
 
 State = Literal["assigned", "in_review", "returned", "done"]
@@ -107,22 +107,24 @@ class AssignmentService:
             Invalid: the range of frames is empty or outside of a video, or the person is a viewer.
             Conflict: the person already has an overlapping assignment.
         """
+        made = []
         with self._database.write() as session:
             assignee = person_named(session, person)
             require_worker(assignee)
-            made = []
-            for video_id in dict.fromkeys(video_ids):
-                video = require_video(session, video_id)
-                _require_frames(video, first, stop)
-                row = Assignment(video_id=video.id, first=first, stop=stop, comment=comment, changed_by=_name(who))
-                self._refuse_overlap(session, assignee, video, row)
-                row.person_id = assignee.id
-                session.add(row)
-                session.flush()
-                made.append(_view(row, assignee.name, video.name))
-            for view in made:
-                self._publish(session, view)
-            return made
+            for part in in_parts(list(dict.fromkeys(video_ids))):
+                found = {video.id: video for video in session.scalars(select(Video).where(Video.id.in_(part)))}
+                for video_id in part:
+                    _require_frames(found.get(video_id) or require_video(session, video_id), first, stop)
+                self._refuse_overlap(session, assignee, found, Assignment(first=first, stop=stop))
+                fields = {"person_id": assignee.id, "first": first, "stop": stop, "comment": comment}
+                rows = [{"video_id": video_id, "changed_by": _name(who), **fields} for video_id in part]
+                stored = session.scalars(insert(Assignment).returning(Assignment), rows)  # one statement for all
+                by_video = {row.video_id: _view(row, assignee.name, found[row.video_id].name) for row in stored}
+                views = [by_video[video_id] for video_id in part]
+                data = {str(view.id): view.model_dump(mode="json") for view in views}
+                self._events.publish_all(session, "assignment", data)
+                made += views
+        return made
 
     def change(
         self,
@@ -165,15 +167,16 @@ class AssignmentService:
                 )
             if state == "returned" and not (comment or "").strip():
                 raise Invalid("Write in a comment what must be done again.", field="comment")
+            videos = {row.video_id: session.get_one(Video, row.video_id)}
             if person is not None:
                 assignee = person_named(session, person)
                 require_worker(assignee)
-                self._refuse_overlap(session, assignee, session.get_one(Video, row.video_id), row)
+                self._refuse_overlap(session, assignee, videos, row)
                 row.person_id, row.state = assignee.id, state or "assigned"
             elif state is not None:
                 if row.state == "done" and state != "done":
                     owner = session.get_one(Person, row.person_id)
-                    self._refuse_overlap(session, owner, session.get_one(Video, row.video_id), row)
+                    self._refuse_overlap(session, owner, videos, row)
                 row.state = state
             if comment is not None:
                 row.comment = comment.strip()
@@ -200,14 +203,15 @@ class AssignmentService:
         found, owner, name = session.execute(_joined().where(Assignment.id == row.id)).one()
         return _view(found, owner, name)
 
-    def _refuse_overlap(self, session: Session, person: Person, video: Video, row: Assignment) -> None:
-        """Refuse to give a person an assignment some of whose frames another open assignment of theirs has."""
-        same = Assignment.video_id == video.id, Assignment.person_id == person.id, Assignment.state != "done"
-        for other in session.scalars(select(Assignment).where(*same)):
+    def _refuse_overlap(self, session: Session, person: Person, videos: Mapping[str, Video], row: Assignment) -> None:
+        """Refuse to give a person the frames of an assignment in videos if another open one of theirs has some."""
+        same = Assignment.video_id.in_(videos), Assignment.person_id == person.id, Assignment.state != "done"
+        for other in session.scalars(select(Assignment).where(*same).order_by(Assignment.id)):
             begins, ends = row.stop is None or other.first < row.stop, other.stop is None or row.first < other.stop
-            if other.id != row.id and begins and ends:
+            if other is not row and begins and ends:
                 raise Conflict(
-                    f"{person.name} has {video.name} already, {_frames(other)}. Change that assignment instead.",
+                    f"{person.name} has {videos[other.video_id].name} already, {_frames(other)}. Change that "
+                    "assignment instead.",
                     code="assigned_already",
                 )
 

@@ -6,7 +6,8 @@ import gc
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 from weakref import WeakSet, WeakValueDictionary
 
@@ -65,6 +66,8 @@ class Scene3dService:
         self.idle = IDLE_TIMEOUT_S
         self._lock = threading.Lock()
         self._views: dict[tuple[str, str], View] = {}
+        self._reserved: set[tuple[str, str]] = set()
+        """Views that are being made."""
         self._opening: WeakValueDictionary[tuple[str, str], threading.Lock] = WeakValueDictionary()
         self._view_states: OrderedDict[tuple[str, str], JsonObject] = OrderedDict()
         self._stopped: WeakSet[View] = WeakSet()
@@ -98,11 +101,11 @@ class Scene3dService:
                 if view is not None:
                     view.clients += 1
                     return view
-            self._make_room()
-            view = self._open(run_id, name)
-            if not self._register(key, view):
-                view.stop()
-                raise Busy("The server is ending. Start it again and reload the page.")
+            with self._room(key):
+                view = self._open(run_id, name)
+                if not self._register(key, view):
+                    view.stop()
+                    raise Busy("The server is ending. Start it again and reload the page.")
             return view
 
     def disconnect(self, view: View) -> None:
@@ -192,15 +195,24 @@ class Scene3dService:
         with self._database.write() as session:
             self._events.publish(session, "space", run_id, {"run": run_id, **data})
 
-    def _make_room(self) -> None:
+    @contextmanager
+    def _room(self, key: tuple[str, str]) -> Iterator[None]:
+        """Keep room for a view that is made in the block; if there is none, the view that was left first ends."""
         with self._lock:
-            if len(self._views) < MAX_VIEWS:
-                return
-            idle = [(view.left_at, key) for key, view in self._views.items() if view.clients == 0]
-            if not idle:
-                raise Busy(f"{MAX_VIEWS} 3-D views are open, which is the limit. Close one of them.")
-            oldest = min(idle)[1]
-        self._stop_where(lambda key, view: key == oldest and view.clients == 0)
+            ended = []
+            if len(self._views.keys() | self._reserved) >= MAX_VIEWS:
+                idle = [(view.left_at, other) for other, view in self._views.items() if view.clients == 0]
+                if not idle:
+                    raise Busy(f"{MAX_VIEWS} 3-D views are open, which is the limit. Close one of them.")
+                ended = self._remove([min(idle)[1]])
+            self._reserved.add(key)
+        try:
+            for view in ended:
+                view.stop()
+            yield
+        finally:
+            with self._lock:
+                self._reserved.discard(key)
 
     def _reap(self) -> None:
         while not self._ended.wait(min(_CHECK_INTERVAL_S, max(0.05, self.idle / 4))):
@@ -209,13 +221,17 @@ class Scene3dService:
     def _stop_where(self, condition: Callable[[tuple[str, str], View], bool]) -> None:
         """Stop some views."""
         with self._lock:
-            keys = [key for key, view in self._views.items() if condition(key, view)]
-            views = [self._views.pop(key) for key in keys]
-            if views:
-                self._stopped.update(views)
-                self._collect_until = time.monotonic() + _COLLECT_FOR_S
+            views = self._remove([key for key, view in self._views.items() if condition(key, view)])
         for view in views:
             view.stop()
+
+    def _remove(self, keys: list[tuple[str, str]]) -> list[View]:
+        """Remove views, which the caller stops; the caller holds the lock."""
+        views = [self._views.pop(key) for key in keys]
+        if views:
+            self._stopped.update(views)
+            self._collect_until = time.monotonic() + _COLLECT_FOR_S
+        return views
 
 
 def marked_tracks(database: Database, run_id: str) -> frozenset[int]:

@@ -46,6 +46,7 @@ class Assignment(Base):
     """A video, or some frames of it, that a person is to work on."""
 
     __tablename__ = "assignments"
+    __table_args__ = ({"sqlite_autoincrement": True},)  # an outdated page must not change a later assignment
 
     id: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     video_id: Mapped[str] = mapped_column(ForeignKey("videos.id", ondelete="CASCADE"), index=True)
@@ -70,7 +71,10 @@ class SecondOpinion(Base):
     """An accepted track that another person looks at without seeing the first answer."""
 
     __tablename__ = "second_opinions"
-    __table_args__ = (UniqueConstraint("run_id", "key", name="second_opinion_of_track"),)
+    __table_args__ = (
+        UniqueConstraint("run_id", "key", name="second_opinion_of_track"),
+        {"sqlite_autoincrement": True},  # an answer must not count for a later second opinion
+    )
 
     id: Mapped[int] = mapped_column(Sequence, primary_key=True, autoincrement=True)
     run_id: Mapped[str] = mapped_column(ForeignKey("runs.id", ondelete="CASCADE"))

@@ -6,23 +6,28 @@ import sqlite3
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from alembic import command
 from alembic.autogenerate import compare_metadata
+from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
-from sqlalchemy import text
+from sqlalchemy import MetaData, select, text
 from sqlalchemy.exc import OperationalError
 
 from app.events import EventBus
 from app.storage import database as database_module
 from app.storage import migrate
 from app.storage.database import Database, storage_failure
-from app.storage.models import Base, Event
+from app.storage.models import Assignment, Base, Event, Video
 from tests.app.databases import new_database
 from tests.app.toy_server import SECRET, Server
 from tests.waiting import time_limit
 from tsr_engine.errors import StorageError, UsageError
+
+NOW = datetime(2026, 5, 1, 12, tzinfo=UTC)
 
 
 @pytest.fixture
@@ -54,6 +59,40 @@ def test_migrations_make_the_same_on_postgresql(cluster: str) -> None:
     database.migrate()
     with database.engine.connect() as connection:
         assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+    database.close()
+
+
+def test_ids_of_removed_assignments_are_not_given_again_after_the_migration(bare_database_url: str) -> None:
+    database = Database(bare_database_url)
+    config = Config()
+    config.set_main_option("script_location", str(migrate.MIGRATIONS))
+    with database.engine.execution_options(tsr_write="FULL").connect() as connection:
+        config.attributes["connection"] = connection
+        command.upgrade(config, "0014")
+        tables = MetaData()
+        tables.reflect(connection)
+        video = {"id": "f" * 64, "name": "v.mp4", "path": "/v", "size": 1, "state": "ready", "warnings": []}
+        video |= {"owned": False, "sample": False, "created": NOW}
+        person = {"id": "a" * 32, "name": "Anna", "key": "anna", "role": "annotator", "created": NOW}
+        fields = {"video_id": "f" * 64, "person_id": "a" * 32, "first": 0, "state": "done", "comment": "x"}
+        fields |= {"changed_by": "Rolf", "revision": 3, "created": NOW, "changed": NOW}
+        rows = ("videos", video), ("people", person), ("assignments", fields), ("assignments", fields)
+        for table, values in rows:
+            connection.execute(tables.tables[table].insert().values(values))
+        connection.commit()
+    database.migrate()
+    with database.write() as session:
+        kept, newest = session.scalars(select(Assignment).order_by(Assignment.id))
+        assert (kept.id, newest.id, kept.video_id, kept.comment, kept.revision) == (1, 2, "f" * 64, "x", 3)
+        session.delete(newest)
+        session.flush()
+        later = Assignment(video_id="f" * 64, person_id="a" * 32, changed_by="Rolf")
+        session.add(later)
+        session.flush()
+        assert later.id == 3
+        session.delete(session.get_one(Video, "f" * 64))
+    with database.read() as session:
+        assert session.scalars(select(Assignment)).all() == []
     database.close()
 
 

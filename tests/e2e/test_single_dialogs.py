@@ -117,3 +117,35 @@ def test_a_running_import_is_not_started_again(page: Page) -> None:
     }
     return started;"""
     assert result(page, body) == ["file", True, "bundle", True]
+
+
+def test_a_dialog_that_is_closed_during_an_import_says_so(page: Page) -> None:
+    body = """
+    const { importDialog } = await load('dialogs/import.js');
+    const { importBundleDialog } = await load('dialogs/import_bundle.js');
+    const told = [];
+    document.addEventListener('tsr-toast', ({ detail }) => told.push(detail.text));
+    const ended = (signal) => new Promise((_, reject) => signal.addEventListener('abort', () => reject(signal.reason)));
+    const app = stub({ videos: [{ id: 'v', name: 'v' }], labels: [], session: null, review: null }, {
+      formats: async () => [],
+      labels: async () => [],
+      runs: async () => [],
+      importFile: (video, file, options, { signal }) => ended(signal),
+      importBundle: (file, author, { signal }) => ended(signal),
+    });
+    for (const [create, name] of [[importDialog, 'signs.csv'], [importBundleDialog, 'bug.zip']]) {
+      const data = { video: 'v', as: 'truth', file: new File(['x'], name) };
+      const lifetime = new AbortController();
+      const dialog = create({ app, data, close: () => {}, signal: lifetime.signal });
+      await settle();
+      dialog.submit();
+      await settle();
+      lifetime.abort();
+      await settle();
+    }
+    return told;"""
+    sentences = result(page, body)
+    assert [text.partition(", so it is cancelled")[0] for text in sentences] == [
+        "The dialog was closed during the import of signs.csv",
+        "The dialog was closed during the import of bug.zip",
+    ]

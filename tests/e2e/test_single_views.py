@@ -211,6 +211,29 @@ def test_another_label_set_can_be_chosen_for_the_library(page: Page) -> None:
     assert result(page, body) == [True, False, True]
 
 
+def test_an_invalid_number_keeps_the_focus_only_after_enter(page: Page) -> None:
+    body = """
+    const { createAttributes } = await load('inspector/attributes.js');
+    const { leaveField } = await load('lanes/gestures.js');
+    const { blankDoc } = await import('/static/js/model/documents.js');
+    const height = { name: 'height', kind: 'number', mutable: false, values: [], low: null, high: 9, default: null };
+    const review = { frame: 0, selected: 'h1', docs: { h1: { ...blankDoc('h1'), class_id: 1 } }, run: null };
+    const state = { review, labels: [{ id: 1, attributes: [height] }] };
+    globalThis.told = [];
+    globalThis.leaveField = leaveField;
+    document.addEventListener('tsr-toast', ({ detail }) => told.push(detail.text));
+    const view = createAttributes(stub(state, {}));
+    document.body.append(view.element);
+    view.update({ state, entry: { key: 'h1' } });"""
+    result(page, body)
+    page.locator("input").press_sequentially("12")
+    page.keyboard.press("Enter")
+    focused = "document.activeElement === document.querySelector('input')"
+    assert page.evaluate(f"[{focused}, ...told]") == [True]
+    page.keyboard.type("3")
+    assert page.evaluate(f"leaveField(), [{focused}, ...told]") == [False, "height must be at most 9."]
+
+
 @pytest.mark.parametrize("part", ["plot", "end"])
 def test_a_press_on_the_lanes_leaves_a_text_field_first(page: Page, part: str) -> None:
     body = """

@@ -47,6 +47,22 @@ def test_box_columns_are_chosen_as_a_set(tmp_path: Path, header: str, row: str, 
     assert (track.score is not None and track.score.tolist() == [0.9]) == (",0.9," in row)
 
 
+@pytest.mark.parametrize(
+    ("row", "location"),
+    [
+        ("1,1,30,20,20,40", ", line 2: "),
+        ("1,1,10,20", ", line 2: must have 6 cells"),
+        ("1,1,10,20,3\xff,4", ", line 2"),
+    ],
+)
+def test_files_of_one_name_are_told_apart(tmp_path: Path, row: str, location: str) -> None:
+    for subset, each in (("train", "1,0,10,20,30,40"), ("val", row)):
+        (tmp_path / subset).mkdir()
+        content = f"track,frame,x1,y1,x2,y2\n{each}\n"
+        (tmp_path / subset / "drive.csv").write_bytes(content.encode("latin-1"))
+    assert_refused(tmp_path, "tracks-csv", f"val/drive.csv{location}")
+
+
 def test_the_first_frame_can_be_given_for_mot_columns(tmp_path: Path) -> None:
     path = write_text(tmp_path, "rows.csv", "frame,id,bb_left,bb_top,bb_width,bb_height\n1,1,100,50,60,40\n")
     (track,) = tracks_of(read_onto_drive(path, "tracks-csv", first_frame="0")).values()

@@ -84,18 +84,18 @@ def decode_text(content: bytes, file: str) -> str:
 
 
 @contextmanager
-def open_text(path: Path) -> Iterator[TextIO]:
-    """Open a UTF-8 text file as a stream that keeps its line ends.
+def open_text(path: Path, *, name: str | None = None) -> Iterator[TextIO]:
+    """Open a UTF-8 text file as a stream that keeps its line ends; ``name`` is its name for messages.
 
     Raises:
         ImportFormatError: as ``read_text``, raised when the stream reaches the place.
     """
-    refuse_large(path)
+    refuse_large(path, name=name)
     with path.open(encoding="utf-8-sig", newline="") as stream:
         try:
             yield stream
         except UnicodeDecodeError:
-            read_text(path)  # names the line
+            decode_text(path.read_bytes(), name or path.name)  # names the line
             raise
 
 

@@ -100,14 +100,22 @@ def csv_line(cells: Sequence[object]) -> str:
     return "" if text == '""' and len(cells) == 1 else text
 
 
-def read_rows(path: Path, required: Sequence[str], *, delimiter: str = ",") -> Iterator[tuple[int, dict[str, str]]]:
+def read_rows(
+    path: Path, required: Sequence[str], *, delimiter: str = ",", name: str | None = None
+) -> Iterator[tuple[int, dict[str, str]]]:
     """Yield line number and cells by column name for each row of a CSV with a header; empty lines are skipped.
+
+    Args:
+        path: the CSV.
+        required: columns that it must have.
+        delimiter: between cells.
+        name: its name for messages; None: that of ``path``.
 
     Raises:
         ImportFormatError: another encoding, a missing column, or a row with too many or too few cells.
     """
-    with open_text(path) as stream:
-        yield from _rows_of(stream, path.name, required, delimiter)
+    with open_text(path, name=name) as stream:
+        yield from _rows_of(stream, name or path.name, required, delimiter)
 
 
 def read_header(path: Path, *, delimiter: str = ",") -> list[str]:

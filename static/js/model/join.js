@@ -9,8 +9,8 @@
 import { OPEN_END, keyAt, keyFramesOf, keyFrameBoxAt, lastKey, newKeyFrame, sameState, stateOf, withAttributes } from './documents.js';
 
 /**
- * `doc` with the frames of `other` that it does not have itself. Attributes of the whole tracks are merged; those of
- * `doc` take precedence.
+ * `doc` with the frames of `other` that it does not have itself, or that it marks as outside. Attributes of the whole
+ * tracks are merged; those of `doc` take precedence.
  * @param {TrackDoc} doc
  * @param {TrackDoc} other
  * @returns {TrackDoc}
@@ -18,6 +18,7 @@ import { OPEN_END, keyAt, keyFramesOf, keyFrameBoxAt, lastKey, newKeyFrame, same
 export function join(doc, other) {
   doc = withLineEnds(doc);
   other = withLineEnds(other);
+  doc = withoutSegments(doc, subtractSpans(visibleSpans(other), visibleSpans(doc)));
   /** @type {Record<string, KeyFrame>} */
   const keys = { ...doc.keys };
   const pieces = [...doc.segments];
@@ -101,8 +102,24 @@ function withLineEnds(doc) {
 /** The state from the last key frame at or before a frame. @param {Record<string, KeyFrame>} keys @param {number} frame */
 const stateAt = (keys, frame) => stateOf(keyAt({ keys }, frame));
 
+/** The track without the parts of its segments in these frames. @param {TrackDoc} doc @param {Span[]} spans @returns {TrackDoc} */
+function withoutSegments(doc, spans) {
+  const segments = doc.segments.flatMap(({ track, first, last }) =>
+    subtractSpans([[first, last]], spans).map(([a, b]) => ({ track, first: a, last: b })),
+  );
+  return { ...doc, segments };
+}
+
+/** The frames that a track has and that are not marked as outside. @param {TrackDoc} doc @returns {Span[]} */
+export function visibleSpans(doc) {
+  const frames = keyFramesOf(doc);
+  /** @type {Span[]} */
+  const outside = frames.flatMap((frame, i) => (doc.keys[frame].outside ? [[frame, (frames[i + 1] ?? OPEN_END + 1) - 1]] : []));
+  return subtractSpans(documentSpans(doc), outside);
+}
+
 /** The frames that a track has, as disjoint spans in order. @param {TrackDoc} doc @returns {Span[]} */
-export function documentSpans(doc) {
+function documentSpans(doc) {
   /** @type {Span[]} */
   const found = doc.segments.map((s) => [s.first, s.last]);
   const frames = keyFramesOf(doc);

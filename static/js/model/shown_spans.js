@@ -5,8 +5,8 @@
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {import('./join.js').Span} Span   first and last frame, both included
  */
-import { OPEN_END, keyFramesOf, lastFrameOf } from './documents.js';
-import { documentSpans, subtractSpans } from './join.js';
+import { OPEN_END, lastFrameOf } from './documents.js';
+import { visibleSpans } from './join.js';
 
 /** Documents are replaced and never modified, so an edit recomputes only the new ones. @type {WeakMap<TrackDoc, Span[]>} */
 const cache = new WeakMap();
@@ -22,17 +22,11 @@ export function shownSpans(doc, lastOf) {
   if (doc.gone) return [];
   if (doc.segments.some(({ last }) => last >= OPEN_END)) {
     const segments = doc.segments.map((piece) => ({ ...piece, last: lastFrameOf(piece, lastOf) }));
-    return subtractSpans(documentSpans({ ...doc, segments }), outsideSpans(doc));
+    return visibleSpans({ ...doc, segments });
   }
-  const found = cache.get(doc) ?? subtractSpans(documentSpans(doc), outsideSpans(doc));
+  const found = cache.get(doc) ?? visibleSpans(doc);
   cache.set(doc, found);
   return found;
-}
-
-/** Ranges that a person marked as outside. @param {TrackDoc} doc @returns {Span[]} */
-function outsideSpans(doc) {
-  const frames = keyFramesOf(doc);
-  return frames.flatMap((frame, i) => (doc.keys[frame].outside ? [/** @type {Span} */ ([frame, (frames[i + 1] ?? OPEN_END) - 1])] : []));
 }
 
 /** Number of frames of ranges between two frames, both included. @param {readonly Span[]} spans @param {number} [first] @param {number} [last] */

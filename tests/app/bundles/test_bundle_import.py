@@ -173,6 +173,7 @@ def test_frame_numbers_of_a_clip_from_the_middle(bundled: ToyBundle, server: Ser
         )
     }
     assert shown["m99"] == [first + 2 - offset], "a box drawn after the end of an engine track"
+    assert reported["run"]["tracks"] == len(shown)
     with server.context.database.read() as session:
         clip = Path(session.get_one(Video, reported["video"]["id"]).path)
     with open_video(clip) as imported, open_video(video) as original:

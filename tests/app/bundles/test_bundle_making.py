@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import json
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from app.bundles.request import bundle_request
+from app.bundles import request
 from app.cli.main import run
-from app.cli.run_names import find_sources
 from app.edits.documents import KeyFrame, Segment, TrackDoc
 from app.errors import Conflict, Invalid, NotFound
+from app.exchange.run_sources import run_source
 from app.storage.models import Output, Run
 from tests import toy_pipeline
 from tests.app import toy_home
 from tests.app.bundles.toy_bundle import (
     FIRST,
-    LABEL,
     STOP,
-    WRONG,
     ToyBundle,
     bundle_service,
     corrections,
@@ -29,6 +28,7 @@ from tests.app.bundles.toy_bundle import (
     store_documents,
 )
 from tsr_engine.bundle import bundle_params, open_bundle, replay_bundle
+from tsr_engine.bundle.lead_in import LeadIn
 
 
 def test_content_of_a_bundle(bundled: ToyBundle) -> None:
@@ -49,30 +49,17 @@ def test_content_of_a_bundle(bundled: ToyBundle) -> None:
     assert "did not come true" in readme
 
 
-def test_corrections_have_the_labels_of_engine_tracks_outside_of_the_clip(home: Any, tmp_path: Path) -> None:
-    ended, later = Segment(track=1, first=4, last=34), Segment(track=2, first=44, last=74)
-    drawn = {"65": KeyFrame(box=(5.0, 5.0, 20.0, 20.0))}
-    store_documents(
-        home,
-        TrackDoc(key="m1", segments=(ended,), keys=drawn),
-        TrackDoc(key="m2", segments=(later,), keys=drawn),
-        TrackDoc(key="hdrawn1", keys=drawn),
-        TrackDoc(key="hpart01", segments=(ended,), keys=drawn),
-        TrackDoc(key="hpart02", segments=(ended,), keys=drawn, class_id=WRONG),
-        TrackDoc(key="hpart03", segments=(later,), keys=drawn),
-    )
-    (source,) = find_sources([home.run_id], home.settings.home, None, lambda _: None)
-    corrections_of = bundle_request(source, tmp_path / "bug.zip", 60, STOP).corrections
-    assert {doc["key"]: doc["class_id"] for doc in corrections_of["documents"]} == {
-        "m1": LABEL,
-        "m2": None,
-        "hdrawn1": None,
-        "hpart01": LABEL,
-        "hpart02": WRONG,
-        "hpart03": None,
-    }
-    assert set(corrections_of["labels"]) == {str(LABEL), str(WRONG)}
-    store_documents(home, *corrections())
+@pytest.mark.parametrize(("start", "label"), [(51, None), (52, 14)])
+def test_a_track_without_evidence_keeps_its_label(
+    home: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, start: int, label: int | None
+) -> None:
+    monkeypatch.setattr(request, "find_lead_in", lambda *_: LeadIn(start, 2, False))
+    drawn = TrackDoc(key="m1", segments=(Segment(track=1, first=4, last=51),), keys={"60": KeyFrame(box=(0, 0, 9, 9))})
+    with home.database.read() as session:
+        source = replace(run_source(session, home.settings, home.run_id), documents={"m1": drawn})
+    corrections = request.bundle_request(source, tmp_path / "bug.zip", 55, 70).corrections
+    assert [each["class_id"] for each in corrections["documents"]] == [label]
+    assert set(corrections["labels"]) == ({"14"} if label else set())
 
 
 def test_it_replays_on_another_machine(bundled: ToyBundle) -> None:

@@ -93,22 +93,51 @@ def test_only_deleted_tracks_can_be_restored() -> None:
 def test_split_and_delete_keep_the_shown_boxes(seed: int, length: int, frame: int) -> None:
     docs = walk(seed, length)
     for key, doc in docs.items():
-        if doc.gone:
-            continue
-        try:
-            cut = apply(docs, name="delete_from", key=key, frame=frame)[key]
-        except CommandError:
-            assert not any(box_shown(doc, f) for f in range(frame, 76)), "nothing to delete"
-            cut = doc
-        for f in range(76):
-            assert is_near(box_shown(cut, f), box_shown(doc, f) if f < frame else None), (key, f)
-        try:
-            parts = apply(docs, name="split", key=key, frame=frame, new_key="hlater1")
-        except CommandError:
-            continue
-        for f in range(76):
-            assert is_near(box_shown(parts[key], f), box_shown(doc, f) if f < frame else None), (key, f)
-            assert is_near(box_shown(parts["hlater1"], f), box_shown(doc, f) if f >= frame else None), (key, f)
+        if not doc.gone:
+            assert_cut_keeps_the_shown_boxes(docs, key, frame)
+
+
+def assert_cut_keeps_the_shown_boxes(docs: dict[str, TrackDoc], key: str, frame: int) -> None:
+    doc = docs[key]
+    try:
+        cut = apply(docs, name="delete_from", key=key, frame=frame)[key]
+    except CommandError:
+        assert not any(box_shown(doc, f) for f in range(frame, 76)), "nothing to delete"
+        cut = doc
+    for f in range(76):
+        assert is_near(box_shown(cut, f), box_shown(doc, f) if f < frame else None), (key, f)
+    try:
+        parts = apply(docs, name="split", key=key, frame=frame, new_key="hlater1")
+    except CommandError:
+        return
+    for f in range(76):
+        assert is_near(box_shown(parts[key], f), box_shown(doc, f) if f < frame else None), (key, f)
+        assert is_near(box_shown(parts["hlater1"], f), box_shown(doc, f) if f >= frame else None), (key, f)
+
+
+KEY_FRAMES = st.builds(
+    KeyFrame,
+    box=st.none() | st.integers(0, 300).map(lambda x: (float(x), 0.0, x + 20.0, 20.0)),
+    interpolate=st.booleans(),
+    outside=st.sampled_from([False, False, True]),
+    occluded=st.booleans(),
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(keys=st.dictionaries(st.integers(0, 24).map(str), KEY_FRAMES, max_size=7), frame=st.integers(1, 24))
+@example(  # frames 5 to 9 are the engine's
+    keys={
+        "2": KeyFrame(box=(0.0, 0.0, 20.0, 20.0), interpolate=True),
+        "5": KeyFrame(),
+        "10": KeyFrame(interpolate=True),
+        "15": KeyFrame(box=(130.0, 0.0, 150.0, 20.0)),
+    },
+    frame=8,
+)
+def test_cuts_keep_the_boxes_of_lines_with_gaps(keys: dict[str, KeyFrame], frame: int) -> None:
+    docs = {"m1": engine_doc(1, *SPANS[1]).model_copy(update={"keys": keys})}
+    assert_cut_keeps_the_shown_boxes(docs, "m1", frame)
 
 
 @pytest.mark.parametrize("frame", [12, 13])
@@ -200,10 +229,11 @@ def test_merge_keeps_the_boxes_of_both(seed: int, length: int) -> None:
             assert merged[other].merged_into == key
             for f in range(76):
                 first, second, now = (box_shown(d, f) for d in (docs[key], docs[other], merged[key]))
-                has = any(s.first <= f <= s.last for s in docs[key].segments)
+                last = docs[key].last_key(f)
+                outside = last is not None and docs[key].keys[str(last)].outside
                 if first is not None:
                     assert is_near(now, first), (key, other, f)
-                elif not has:
+                elif outside or not any(s.first <= f <= s.last for s in docs[key].segments):
                     assert is_near(now, second), (key, other, f)
 
 

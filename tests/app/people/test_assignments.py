@@ -94,6 +94,15 @@ def test_a_simultaneous_change_is_refused(tracked_home: ToyHome, team: Team) -> 
     assert answer.json()["error"]["details"]["current"]["state"] == "in_review"
 
 
+def test_an_outdated_page_does_not_change_a_later_assignment(tracked_home: ToyHome, team: Team) -> None:
+    rolf, anna = team.client("Rolf"), team.client("Anna")
+    (one,) = assign(rolf, tracked_home.video_id, stop=40).json()["assignments"]
+    assert rolf.delete(f"/api/assignments/{one['id']}").status_code == 204
+    (later,) = assign(rolf, tracked_home.video_id, first=40).json()["assignments"]
+    assert_refused(change(anna, one, state="in_review"), 404, "no such assignment")
+    assert anna.get("/api/assignments").json()["assignments"] == [later]
+
+
 def test_frames_of_a_video_go_to_several_people(tracked_home: ToyHome, team_server: Server, team: Team) -> None:
     rolf = team.client("Rolf")
     team_server.context.people.set_role("Vera", "annotator")

@@ -97,6 +97,18 @@ def test_work_of_a_removed_person_is_given_to_another(team_server: Server, team:
         assert session.scalars(select(SecondOpinion.second)).all() == ["Rolf"]
 
 
+def test_an_answer_does_not_count_for_a_later_second_opinion(team_server: Server, team: Team, run: str) -> None:
+    anna, rolf = team.client("Anna"), team.client("Rolf")
+    send(anna, run, "Anna", key=keys_of(anna, run)[0], name="set_review", review="accepted")
+    assert rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json()["given"] == 1
+    look = rolf.get("/api/second-opinions/next").json()["look"]
+    with team_server.context.database.write() as session:
+        session.execute(delete(SecondOpinion))  # as if its run was removed
+    assert rolf.post("/api/second-opinions", json={"person": "Rolf", "share": 1}).json()["given"] == 1
+    refused = rolf.post(f"/api/second-opinions/{look['id']}/answer", json={"label": 14})
+    assert refused.status_code == 404, "the answer was to another sign"
+
+
 def test_boxes_drawn_by_two_people(team: Team, run: str) -> None:
     anna, rolf = team.client("Anna"), team.client("Rolf")
     first, second = keys_of(anna, run)[:2]

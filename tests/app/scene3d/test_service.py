@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from app.errors import Busy
 from app.scene3d import service as service_module
 from app.scene3d.service import Scene3dService
 from tests.waiting import wait_until
@@ -80,6 +81,28 @@ def test_a_view_is_opened_once_after_a_failure_too(service: Scene3dService, monk
     assert len(opened) == 2
     assert found[1] is found[2] is service.views()["run", "view"]
     assert found[1].clients == 2
+
+
+def test_views_that_are_opened_at_once_keep_the_limit(service: Scene3dService, monkeypatch: pytest.MonkeyPatch) -> None:
+    for number in range(service_module.MAX_VIEWS - 1):
+        service.connect("run", str(number))
+    begun, turn = threading.Event(), threading.Event()
+
+    def open_view(*_: object) -> FakeView:
+        begun.set()
+        assert turn.wait(60)
+        return FakeView()
+
+    monkeypatch.setattr(service_module, "View", open_view)
+    first = threading.Thread(target=service.connect, args=("run", "first"))
+    first.start()
+    assert begun.wait(60)
+    monkeypatch.setattr(service_module, "View", lambda *_: FakeView())
+    with pytest.raises(Busy, match="which is the limit"):
+        service.connect("run", "second")
+    turn.set()
+    first.join(60)
+    assert len(service.views()) == service_module.MAX_VIEWS
 
 
 def test_a_move_while_a_view_is_registered_wins_over_an_earlier_one(

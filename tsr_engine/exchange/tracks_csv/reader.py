@@ -85,7 +85,9 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
     formulas_quoted = manifest_value(path if path.is_dir() else path.parent, "formulas") == "quoted"
     loose = UntrackedBoxes(validator, files[0].name)
     for file in files:
-        _Table(file, formulas_quoted, validator, loose).read()
+        # files of a split have the same name
+        name = file.relative_to(path).as_posix() if path.is_dir() else file.name
+        _Table(file, name, formulas_quoted, validator, loose).read()
     loose.finish()
     return validator.finish(files[0].name)
 
@@ -93,11 +95,13 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
 class _Table:
     """Reads one file."""
 
-    def __init__(self, path: Path, formulas_quoted: bool, validator: ImportValidator, loose: UntrackedBoxes) -> None:
+    def __init__(
+        self, path: Path, name: str, formulas_quoted: bool, validator: ImportValidator, loose: UntrackedBoxes
+    ) -> None:
         self._path = path
         # The mark that the header has most of.
         self._delimiter = max(",;\t", key=_first_line(path).count)
-        self._name = path.name
+        self._name = name
         self._formulas_quoted = formulas_quoted
         self._validator = validator
         self._loose = loose
@@ -108,7 +112,7 @@ class _Table:
     def read(self) -> None:
         """Take all rows."""
         header_read = False
-        for line, cells in read_rows(self._path, (), delimiter=self._delimiter):
+        for line, cells in read_rows(self._path, (), delimiter=self._delimiter, name=self._name):
             if not header_read:
                 header_read = True
                 self._columns = self._columns_of(cells)
@@ -144,7 +148,7 @@ class _Table:
         if self._origin.decided and "video" not in named:
             return
         videos: dict[str, list[str]] = {}
-        for _, cells in read_rows(self._path, (), delimiter=self._delimiter):
+        for _, cells in read_rows(self._path, (), delimiter=self._delimiter, name=self._name):
             videos.setdefault(cells[named["video"]] if "video" in named else "", []).append(cells[named["frame"]])
         if "video" in named:
             parts = [VideoPart(name, (name.strip(),), ids=(name.strip(),)) for name in videos]

@@ -16,7 +16,7 @@ import { toast } from '../../core/toast.js';
 import { createDropField } from './drop_field.js';
 import { choiceInput, field, group, switchLabel, textInput } from './fields.js';
 import { createLabelMapping } from './import_label_mapping.js';
-import { createImportProgress } from './import_progress.js';
+import { createImportProgress, reportClosed } from './import_progress.js';
 import { loadRuns } from '../load_runs.js';
 
 /** @typedef {import('../../types.js').Format} Format */
@@ -189,7 +189,10 @@ export function importDialog({ app, data, close, signal }) {
       if (mappingAnswers.add.length) await app.labels.reload();
       await show(result);
     } catch (thrown) {
-      if (signal.aborted) return;
+      if (signal.aborted) {
+        if (imported === null) reportClosed(file.name);
+        return;
+      }
       isImporting = false;
       setText(errorText, '');
       if (thrown instanceof ApiError && thrown.code === 'unknown_labels' && Array.isArray(thrown.details.labels)) {

@@ -9,6 +9,7 @@ import { bytes, count, plural } from '../../model/format.js';
 import { icon } from '../icons.js';
 import { authorName } from '../../core/preferences.js';
 import { createDropField } from './drop_field.js';
+import { reportClosed } from './import_progress.js';
 import { tableHeading } from '../headings.js';
 
 /** @type {import('./index.js').CreateDialog<'import-bundle'>} */
@@ -86,7 +87,10 @@ export function importBundleDialog({ app, data, close, signal }) {
       );
       result.querySelector('a')?.focus();
     } catch (thrown) {
-      if (signal.aborted) return;
+      if (signal.aborted) {
+        reportClosed(file.name);
+        return;
+      }
       setText(errorText, errorMessage(thrown));
       submitButton.disabled = isImporting = false;
     }

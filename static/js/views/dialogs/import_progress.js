@@ -5,9 +5,15 @@ import { ApiError } from '../../api/errors.js';
 import { h, setText } from '../dom.js';
 import { bytes, count, plural } from '../../model/format.js';
 import { randomId } from '../../core/random_id.js';
+import { toast } from '../../core/toast.js';
 
 /** Interval of requests, ms. */
 const POLL_INTERVAL_MS = 400;
+
+/** Say what happens to an import whose dialog was closed. @param {string} file   its name */
+export function reportClosed(file) {
+  toast(`The dialog was closed during the import of ${file}, so it is cancelled unless the server stores it already.`, { tone: 'bad' });
+}
 
 /** @param {{api: import('../../api/client.js').Api}} setup */
 export function createImportProgress({ api }) {

@@ -3,6 +3,7 @@
 
 import { attributeProblem, valueOfText } from '../../model/attributes.js';
 import { setAttribute, selectedAttributes } from '../../operations/attributes.js';
+import { toast } from '../../core/toast.js';
 import { fill, h } from '../dom.js';
 import { iconButton } from '../icons.js';
 
@@ -16,9 +17,15 @@ export function createAttributes(app) {
   // letters are commands of the review screen, but text in a field
   list.addEventListener('keydown', (event) => {
     if (event.target instanceof HTMLInputElement && event.target.type !== 'checkbox') event.stopPropagation();
-    if (event.key === 'Enter' && event.target instanceof HTMLInputElement) event.target.blur();
+    if (event.key === 'Enter' && event.target instanceof HTMLInputElement) {
+      isEntered = true;
+      event.target.blur();
+      isEntered = false;
+    }
   });
   let shownKey = '';
+  /** Whether Enter commits a value: an invalid one keeps the focus. A press elsewhere takes it. */
+  let isEntered = false;
 
   /** @param {AttributeRow} row @param {Attribute} attribute */
   function field(row, attribute) {
@@ -63,7 +70,8 @@ export function createAttributes(app) {
       const problem = input.validity.badInput ? `${name} must be a number.` : value === null ? null : attributeProblem(attribute, value);
       input.setCustomValidity(problem ?? '');
       if (problem === null) setValue(value);
-      else input.reportValidity();
+      else if (isEntered) input.reportValidity();
+      else toast(problem, { tone: 'bad', topic: 'attribute' });
     });
     input.addEventListener('input', () => input.setCustomValidity(''));
     return input;
