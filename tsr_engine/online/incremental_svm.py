@@ -42,8 +42,8 @@ class IncrementalSVC:
 
     The same sequence of calls gives the same bits for any number of threads. Rounding grows with the kernel:
     :meth:`kkt_residual` is of the order of ``1e-16 C max K(x, x)``, so features of about unit size are best. It can be
-    1e-12 to 1e-10 times ``C max K(x, x)`` if the kernel hardly distinguishes samples (all its values equal to ten
-    digits, or coefficients within a share of 1e-12 of a bound).
+    1e-12 to 1e-10 times ``C max K(x, x)``, rarely 1e-9 times, if the kernel hardly distinguishes samples (its matrix of
+    the margin vectors is singular to ten digits, or coefficients lie within a share of 1e-12 of a bound).
 
     Args:
         C: upper bound of the coefficients, in (0, 1e12].
