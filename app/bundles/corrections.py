@@ -117,6 +117,12 @@ def read_corrections(path: Path) -> tuple[list[TrackDoc], dict[int, str]]:
         raise ImportFormatError(
             f"{path.name} has a track twice, or more than {_MAX_DOCUMENTS} tracks. Create the bundle again."
         )
+    for key in (key for doc in documents for key in (doc.key, doc.merged_into) if key is not None):
+        if key.startswith("m") and key != f"m{int(key[1:])}":  # another name of a track, as edits refuse it
+            raise ImportFormatError(
+                f"{path.name}, document {key}: the number of an engine track has no zeros in front. Create the bundle "
+                "again."
+            )
     keys = content.get("labels", {str(number): key for number, key in enumerate(default_keys())})
     if not isinstance(keys, dict) or not all(
         key.isdecimal() and isinstance(label_key, str) for key, label_key in keys.items()

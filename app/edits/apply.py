@@ -27,14 +27,14 @@ def touched_keys(command: c.Command) -> list[str]:
 
 
 def with_class(docs: Docs, command: c.Command, label: Callable[[int], int | None]) -> c.Command:
-    """Add the engine's class of the track to a command that stores it (a split).
+    """Add the engine's class of the track to a command that may store it (a split or a merge).
 
     Args:
         docs: documents of at least the touched tracks.
         command: see :mod:`app.edits.commands`.
         label: maps an engine track to its class; None: unknown.
     """
-    if not isinstance(command, c.Split):
+    if not isinstance(command, c.Split | c.Merge):
         return command
     doc = docs.get(command.key)
     if doc is None or doc.class_id is not None:
@@ -291,12 +291,15 @@ def _require_note(doc: TrackDoc, identity: str) -> None:
 
 def _merge(docs: Docs, doc: TrackDoc, command: c.Merge) -> dict[str, TrackDoc]:
     changed: dict[str, TrackDoc] = {}
+    origin = doc.original_track()
     for key in dict.fromkeys(command.others):
         other = docs.get(key)
         if other is None or other.gone or key == doc.key:
             raise CommandError(f"Track {key} cannot be merged: it is gone, or the same track.")
         doc = join(doc, other)
         changed[key] = other.model_copy(update={"gone": True, "merged_into": doc.key})
+    if doc.class_id is None and doc.original_track() != origin:  # an earlier segment must not change the label
+        doc = doc.model_copy(update={"class_id": command.class_id})
     return {doc.key: doc, **changed}
 
 

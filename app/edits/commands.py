@@ -60,10 +60,15 @@ class RelabelBox(_Labels):
 
 
 class Merge(_OnTrack):
-    """Merge other tracks into the track; in frames of both, the track's own box is kept."""
+    """Merge other tracks into the track; in frames of both, the track's own box is kept.
+
+    ``class_id`` is the engine's class of the track according to the page, for a track that would get the label of
+    another one; the server reads it from the evidence instead.
+    """
 
     name: Literal["merge"]
     others: Annotated[list[Key], Field(min_length=1, max_length=50)]
+    class_id: ClassId | None = None
 
 
 class Split(_OnTrack):

@@ -8,12 +8,12 @@ from sqlalchemy.orm import Session
 from app.body_model import Model
 from app.edits.documents import TrackDoc
 from app.edits.log_store import documents_of
-from app.errors import Conflict, NotFound
+from app.errors import Busy, Conflict, NotFound
 from app.evidence.service import EvidenceService
 from app.storage.lookup import require_run
 from app.storage.models import Edit, Run
 from app.storage.servers import is_local
-from tsr_engine.errors import EvidenceError
+from tsr_engine.errors import EvidenceError, StorageError
 
 
 class Earlier(Model):
@@ -53,8 +53,10 @@ def earlier_corrections(session: Session, evidence: EvidenceService, run_id: str
         docs = documents_of(session, other).values()
         try:
             tracks = sum(_has_corrections(doc, evidence, other) for doc in docs)
-        except (Conflict, EvidenceError, NotFound):
-            continue  # its evidence is damaged or missing, so nothing can be carried over; its page reports that
+        except (Busy, Conflict, EvidenceError, NotFound, StorageError):
+            # its evidence is damaged or missing, or cannot be fetched now: nothing can be carried over, and its page
+            # reports that
+            continue
         if tracks:
             return None if _was_adopted(session, run.id, other, seq) else Earlier(run_id=other, tracks=tracks, seq=seq)
     return None

@@ -59,7 +59,11 @@ class DisagreementFinder:
     def disagreement(
         self, run_id: str, video_id: str, properties: TrackProperties, labels: LabelSet
     ) -> Disagreement | None:
-        """Compare with the newest other run of the video; None: there is none, or it cannot be read."""
+        """Compare with the newest other run of the video; None: there is none, or it cannot be read.
+
+        Raises:
+            Busy, StorageError: its evidence cannot be fetched from the shared files now.
+        """
         with self._database.read() as session:
             other = other_run(session, run_id, video_id)
         return None if other is None else self._compare_with(run_id, other, properties, labels)

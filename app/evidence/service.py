@@ -11,7 +11,7 @@ from typing import TypeVar
 from sqlalchemy import select
 
 from app.body_model import Model
-from app.errors import ApiError, Conflict, Invalid, NotFound
+from app.errors import ApiError, Busy, Conflict, Invalid, NotFound
 from app.evidence.answer_cache import AnswerCache
 from app.evidence.disagreement import DisagreementFinder
 from app.evidence.gate_flips import Flips, flips
@@ -29,7 +29,7 @@ from app.storage.database import Database
 from app.storage.lookup import require_run
 from app.storage.models import Run
 from app.storage.servers import is_local, require_local
-from tsr_engine.errors import TsrError
+from tsr_engine.errors import StorageError, TsrError
 from tsr_engine.evidence.columns import read_columns
 from tsr_engine.evidence.reader import EvidenceReader
 from tsr_engine.track_table import TrackTable
@@ -116,7 +116,11 @@ class EvidenceService:
         others = self._disagreements.version(run.id, run.video_id)
         labels = run.classes.labels
         state = ("tracks", run.id, *others, labels.key, str(labels.version))
-        return self._cached(state, run, lambda: self._tracks(run))
+        try:
+            return self._cached(state, run, lambda: self._tracks(run))
+        except (Busy, StorageError):
+            # the other run cannot be fetched now; the answer is not cached, so the next request compares with it
+            return _json(self._tracks(run, compare=False))
 
     def lanes(self, run_id: str) -> bytes:
         """``LaneColumns`` as JSON."""
@@ -206,7 +210,7 @@ class EvidenceService:
 
     # ------------------------------------------------------------------------------------------------------ inside
 
-    def _tracks(self, run: StoredRun) -> Model:
+    def _tracks(self, run: StoredRun, *, compare: bool = True) -> Model:
         properties = self._track_properties.get(run.id) if run.complete else None
         if properties is None:
             properties = self._query(run, read_track_properties)
@@ -218,7 +222,9 @@ class EvidenceService:
         properties, names = label_tracks(properties, run.classes)
         labels = run.classes.labels
         disagreement = (
-            self._disagreements.disagreement(run.id, run.video_id, properties, labels) if run.complete else None
+            self._disagreements.disagreement(run.id, run.video_id, properties, labels)
+            if compare and run.complete
+            else None
         )
         overruled = self._disagreements.overruled(run.id, properties, labels)
         return track_columns(properties, names, disagreement, overruled, run.complete)

@@ -171,7 +171,8 @@ class AssignmentService:
             if person is not None:
                 assignee = person_named(session, person)
                 require_worker(assignee)
-                self._refuse_overlap(session, assignee, videos, row)
+                if state != "done":
+                    self._refuse_overlap(session, assignee, videos, row)
                 row.person_id, row.state = assignee.id, state or "assigned"
             elif state is not None:
                 if row.state == "done" and state != "done":

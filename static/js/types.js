@@ -64,7 +64,7 @@
  * @property {string} [new_key]        split: key of the later part
  * @property {Box|null} [box]
  * @property {string} [label_key]      key of the label of `class_id`; it takes precedence if the label set has changed since
- * @property {number|null} [class_id]  split: the engine's class, for a half that contains no part of an engine track
+ * @property {number|null} [class_id]  split, merge: the engine's class, for a track that would lose it otherwise
  * @property {FollowedBox[]} [boxes]   follow: in ascending order of frames
  * @property {number} [first]          interpolate
  * @property {number} [last]

@@ -56,13 +56,29 @@ def test_a_renamed_run_has_its_new_name_everywhere(page: Page) -> None:
     const { createRunItem, updateRunItem } = await load('dialogs/run_item.js');
     const run = { id: 'r', video_id: 'v', name: 'old', kind: 'engine', state: 'complete', first: 0, stop: null };
     const renamed = { ...run, name: 'fresh', parameters: {}, models: {}, summary: {}, frames_done: 1 };
-    const app = stub({ runs: { v: [renamed] }, review: null, models: null }, {});
+    const app = stub({ runs: { v: [renamed] }, route: { screen: 'library' }, review: null, models: null }, {});
     const item = createRunItem({ app, close: () => {}, signal }, run);
     updateRunItem({ app }, item, { run: renamed, isWhatIf: false, whatifs: 1 });
     for (const name of ['whatifs', 'remove']) item.querySelector(`.run-${name}`).click();
     const labels = ['rename', 'remove', 'new-name'].map((name) => item.querySelector(`.run-${name}`).ariaLabel);
     return [...labels, ...app.dispatched.map(({ data }) => data.text)].map((text) => /old|fresh/.exec(text)[0]);"""
     assert result(page, body) == ["fresh"] * 5
+
+
+def test_another_run_opens_at_the_frame_on_the_screen(page: Page) -> None:
+    body = """
+    const { createRunItem } = await load('dialogs/run_item.js');
+    const review = { video: { id: 'v' }, timebase: {}, frame: 7 };
+    const app = stub({ runs: {}, route: { screen: 'review', video: 'v', frame: 3 }, review }, {});
+    const found = [];
+    const setup = { app, close: () => found.push('closed'), signal };
+    const link = createRunItem(setup, { id: 'r', video_id: 'v' }).querySelector('a');
+    link.addEventListener('click', (event) => event.preventDefault());
+    found.push(link.hash);
+    review.frame = 9;
+    link.click();
+    return [...found, link.hash];"""
+    assert result(page, body) == ["#/review/v/r?frame=7", "closed", "#/review/v/r?frame=9"]
 
 
 def test_deleting_a_ground_truth_leaves_the_shown_one(page: Page) -> None:

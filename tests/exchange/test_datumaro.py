@@ -194,6 +194,7 @@ def test_pictures_of_another_size(tmp_path: Path) -> None:
         (with_value(SAMPLE, "items/0/attr/frame", -1), "item 1: frame -1"),
         (with_value(SAMPLE, "items/0/attr/frame", [1]), "item 1: frame"),
         (with_value(SAMPLE, "items/0/image/size", "big"), "item 1: image.size must be"),
+        (with_value(SAMPLE, "items/0/image/size", [10**400, 640]), "item 1: image.size must be"),
         (with_value(SAMPLE, f"{BOX}/label_id", 1), "item 1, box 1: label_id 1 must be 0 to 0"),
         (with_value(SAMPLE, f"{BOX}/label_id", None), "item 1, box 1: label_id None"),
         (with_value(SAMPLE, f"{BOX}/bbox", [1, 2, 3]), "item 1, box 1: bbox must be four numbers"),

@@ -63,6 +63,23 @@ def test_files_of_one_name_are_told_apart(tmp_path: Path, row: str, location: st
     assert_refused(tmp_path, "tracks-csv", f"val/drive.csv{location}")
 
 
+@pytest.mark.parametrize(
+    ("content", "location"),
+    [
+        ('{"tracks": [{"uid": 1, "boxes": [{"frame": 1}]}]}', ", track 1, box 1"),
+        ('{"tracks": 5}', ", tracks: must be a list"),
+        ('{"tracks": [', ", line 1: is not JSON"),
+        ("{", ", line 1: is not JSON"),
+    ],
+)
+def test_json_files_of_one_name_are_told_apart(tmp_path: Path, content: str, location: str) -> None:
+    good = '{"tracks": [{"uid": 1, "boxes": [{"frame": 0, "box": [10, 20, 30, 40]}]}]}'
+    for subset, each in (("train", good), ("val", content)):
+        (tmp_path / subset).mkdir()
+        write_text(tmp_path / subset, "drive.json", each)
+    assert_refused(tmp_path, "tracks-json", f"val/drive.json{location}")
+
+
 def test_the_first_frame_can_be_given_for_mot_columns(tmp_path: Path) -> None:
     path = write_text(tmp_path, "rows.csv", "frame,id,bb_left,bb_top,bb_width,bb_height\n1,1,100,50,60,40\n")
     (track,) = tracks_of(read_onto_drive(path, "tracks-csv", first_frame="0")).values()

@@ -51,14 +51,19 @@ def members(path: Path, *, name: str | None = None, limit: int = MAX_JSON_BYTES)
             raise text.syntax_error("there is content after its end")
 
 
-def read_members(path: Path, wanted: Collection[str]) -> JsonObject:
+def read_members(path: Path, wanted: Collection[str], *, name: str | None = None) -> JsonObject:
     """Return the wanted members of the object in a file, with whole lists; stops reading once all are found.
+
+    Args:
+        path: as for ``members``.
+        wanted: their keys.
+        name: as for ``members``.
 
     Raises:
         ImportFormatError: as ``members``.
     """
     found: JsonObject = {}
-    for key, position, value in members(path):
+    for key, position, value in members(path, name=name):
         if key in wanted:
             if not position:
                 found[key] = value if position is None else []

@@ -1064,7 +1064,12 @@ export interface components {
             id: number;
             name: string;
         };
-        /** @description Merge other tracks into the track; in frames of both, the track's own box is kept. */
+        /**
+         * @description Merge other tracks into the track; in frames of both, the track's own box is kept.
+         *
+         *     ``class_id`` is the engine's class of the track according to the page, for a track that would get the label of
+         *     another one; the server reads it from the evidence instead.
+         */
         Merge: {
             /** @description The current frame of the page. */
             frame: number;
@@ -1077,6 +1082,7 @@ export interface components {
              */
             name: "merge";
             others: string[];
+            class_id?: number | null;
         };
         /** @description Replace the label ``id`` by ``into`` from now on. */
         MergeLabels: {

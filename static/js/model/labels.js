@@ -58,7 +58,7 @@ export const resolveLabelId = (labels, id) => labelFor(labels, id)?.id ?? id;
  * @returns {import('../types.js').Command}
  */
 export function withLabelKey(command, labels) {
-  if (command.label_key !== undefined || command.name === 'split') return command;
+  if (command.label_key !== undefined || command.name === 'split' || command.name === 'merge') return command;
   const label = labels.find(({ id }) => id === command.class_id);
   return label ? { ...command, label_key: label.key } : command;
 }

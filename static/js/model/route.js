@@ -65,6 +65,20 @@ export function parseRoute(hash) {
 }
 
 /**
+ * The address of a run, at the frame on the screen if that is of the same video.
+ * @param {Pick<import('../state-types.js').State, 'route'|'review'>} state
+ * @param {string} video
+ * @param {string} run
+ * @returns {string}
+ */
+export function runAddress({ route, review }, video, run) {
+  const isOpen = route.screen === 'review' && route.video === video;
+  // the route names the frame of the last link, not that of the cursor
+  const frame = !isOpen ? null : review?.timebase && review.video.id === video ? review.frame : route.frame;
+  return formatRoute({ screen: 'review', video, run, frame, track: null });
+}
+
+/**
  * The address of the present place in a review; null: not known yet, or the video is playing.
  *
  * @param {Pick<import('../state-types.js').State, 'route'|'review'>} state

@@ -31,6 +31,7 @@ import { join } from './join.js';
 export function merge(docs, doc, command) {
   /** @type {Record<string, TrackDoc>} */
   const changed = {};
+  const origin = originTrack(doc);
   for (const key of new Set(command.others ?? [])) {
     const other = docs[key];
     if (!other || other.gone || key === doc.key) {
@@ -39,6 +40,8 @@ export function merge(docs, doc, command) {
     doc = join(doc, other);
     changed[key] = { ...other, gone: true, merged_into: doc.key };
   }
+  // an earlier segment must not change the label
+  if (doc.class_id === null && originTrack(doc) !== origin) doc = { ...doc, class_id: command.class_id ?? null };
   return { [doc.key]: doc, ...changed };
 }
 

@@ -1,10 +1,12 @@
 // @ts-check
 /** Merging tracks. If they have boxes in the same frames, the user decides which boxes stay. */
 
+import { labelOf } from '../model/effective.js';
 import { subtractSpans } from '../model/join.js';
 import { intersectSpans, countFrames } from '../model/shown_spans.js';
 import { trackEntries } from '../model/track_entries.js';
 import { trackName } from '../model/track_name.js';
+import { engineClass } from '../review/shown_tracks.js';
 import { openDialog } from '../store/actions/page.js';
 import { select, setMode } from '../store/actions/review.js';
 import { plural } from '../model/format.js';
@@ -64,7 +66,10 @@ export function describeSharedFrames(review, { key, stays, runs }) {
  */
 export function mergeTracks(app, key, others) {
   const { review } = app.store.get();
-  if (!review || !app.edit({ name: 'merge', frame: review.frame, key, others: [...others] })) return false;
+  if (!review) return false;
+  const doc = review.docs[key];
+  const class_id = doc ? labelOf(doc, (track) => engineClass(review, track)) : null;
+  if (!app.edit({ name: 'merge', frame: review.frame, key, others: [...others], class_id })) return false;
   app.store.dispatch((state) => select(setMode(state, 'select'), key));
   return true;
 }

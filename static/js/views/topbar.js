@@ -1,7 +1,7 @@
 // @ts-check
 /** The top bar: product, video and run, state of saving, theme, help. */
 
-import { formatRoute } from '../model/route.js';
+import { formatRoute, runAddress } from '../model/route.js';
 import { listRuns } from '../model/run_groups.js';
 import { openDialog, setTheme } from '../store/actions/page.js';
 import { unsavedOf } from '../store/unsaved.js';
@@ -35,11 +35,8 @@ export function createTopBar(app) {
   const runSelect = h('select.select.topbar-run', {
     'aria-label': 'Run',
     onchange: () => {
-      const { route, review } = store.get();
-      if (route.screen !== 'review') return;
-      // the route names the frame of the last link, not that of the cursor
-      const frame = review?.timebase && review.video.id === route.video ? review.frame : route.frame;
-      location.hash = formatRoute({ ...route, run: runSelect.value, frame, track: null });
+      const { route } = store.get();
+      if (route.screen === 'review') location.hash = runAddress(store.get(), route.video, runSelect.value);
     },
   });
   const runsButton = h(

@@ -281,6 +281,15 @@ def no_document(content: dict[str, bytes]) -> None:
     content["corrections.json"] = b'{"format": 1, "documents": [{"key": "m1; drop table"}]}'
 
 
+def zeros_in_front(content: dict[str, bytes]) -> None:
+    content["corrections.json"] = b'{"format": 1, "documents": [{"key": "m007", "class_id": -1}], "labels": {}}'
+
+
+def zeros_in_a_merge(content: dict[str, bytes]) -> None:
+    document = b'{"key": "m7", "gone": true, "merged_into": "m01"}'
+    content["corrections.json"] = b'{"format": 1, "documents": [%s], "labels": {}}' % document
+
+
 def no_database(content: dict[str, bytes]) -> None:
     content["evidence/evidence.sqlite"] = b"SQLite format 3\0" + bytes(4000)
 
@@ -291,6 +300,8 @@ def no_database(content: dict[str, bytes]) -> None:
         (no_video, "clip.mp4", 422),
         (add_escaping_name, "leads out of its folder", 400),
         (no_document, "corrections.json, document 0.key", 422),
+        (zeros_in_front, "corrections.json, document m007: the number", 422),
+        (zeros_in_a_merge, "corrections.json, document m01: the number", 422),
         (no_database, "evidence", 422),
     ],
 )

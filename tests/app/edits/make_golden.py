@@ -86,6 +86,21 @@ def cuts(seed: int) -> list[dict[str, Any]]:
     return found
 
 
+def merges(seed: int) -> list[dict[str, Any]]:
+    """An earlier engine track merged into tracks with the engine's label, with a person's, and without one."""
+    rng = random.Random(seed)
+    docs = _edited(
+        {"name": "split", "frame": 60, "key": "m3", "new_key": "hpart0001"},
+        {"name": "create_track", "frame": 45, "key": "hdrawn01", "box": random_box(rng)},
+        {"name": "create_track", "frame": 46, "key": "hnamed01", "box": random_box(rng), "class_id": 3},
+    )
+    found = []
+    for key, class_id in (("hpart0001", 14), ("hpart0001", None), ("hdrawn01", None), ("hnamed01", None), ("m3", 14)):
+        raw = {"name": "merge", "frame": 60, "key": key, "others": ["m1"], "class_id": class_id}
+        found.append(_case(f"m1 into {key}, told {class_id}", docs, raw, rng)[0])
+    return found
+
+
 def _edited(*commands: dict[str, Any]) -> dict[str, TrackDoc]:
     docs = initial_documents()
     for raw in commands:
@@ -137,6 +152,7 @@ def main() -> None:
         "random": cases(7, 60, 7, random_command),
         "splits": splits(7),
         "cuts": cuts(7),
+        "merges": merges(7),
         "attributes": cases(7, 24, 9, random_attribute_command),
     }
     for name, found in made.items():

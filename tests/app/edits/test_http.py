@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import shutil
+import sqlite3
 import uuid
+from pathlib import Path
 from typing import Any
 
+import pytest
+
+from app.errors import Busy
+from app.files.shared import ensure_local
+from app.files.store import SharedFilesError
+from app.settings import Settings
 from tests.app.edits.edit_client import EditClient, error_of, relabel
 from tests.app.toy_home import ToyHome
 from tests.app.toy_server import Server
+from tsr_engine.errors import StorageError
 
 
 def test_an_edit_needs_a_revision(ann: EditClient, tracks: list[str]) -> None:
@@ -256,6 +265,49 @@ def test_missing_evidence_of_another_run_is_ignored(
     answer = server.client.get(f"/api/runs/{lost.run}/tracks")
     assert answer.json()["error"]["code"] == "evidence_gone"
     server.client.delete(f"/api/runs/{lost.run}")
+
+
+@pytest.mark.parametrize(
+    "reason",
+    [
+        Busy("Still being fetched.", code="files_coming"),
+        SharedFilesError("No answer.", code="files_away"),
+        StorageError("Full."),
+    ],
+)
+def test_another_run_that_cannot_be_fetched_is_ignored_until_it_is_there(
+    server: Server,
+    tracked_home: ToyHome,
+    ann: EditClient,
+    tracks: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    reason: Exception,
+) -> None:
+    folder = f"runs/{tracked_home.run_id}"
+    ann.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"')
+    away = EditClient(server, tracked_home.add_run())
+    copy = tracked_home.settings.home / "runs" / away.run
+    shutil.copytree(tracked_home.folder, copy)
+    assert away.send(relabel(tracks[0], 7), f'"{tracks[0]}:0"').status_code == 200
+    new = EditClient(server, tracked_home.add_run(folder=folder))
+    with monkeypatch.context() as patch:
+
+        def refuse(settings: Settings, place: str | None, name: str) -> Path:
+            if away.run in name:
+                raise reason
+            return ensure_local(settings, place, name)
+
+        patch.setattr("app.evidence.service.ensure_local", refuse)
+        assert earlier_runs(new)["run_id"] == ann.run
+        alone = server.client.get(f"/api/runs/{new.run}/tracks")
+        assert alone.status_code == 200
+        assert server.client.get(f"/api/runs/{away.run}/tracks").status_code != 200
+    with sqlite3.connect(copy / "evidence.sqlite") as evidence:
+        evidence.execute("update tracks set class_id = (class_id + 1) % 43")
+    assert earlier_runs(new)["run_id"] == away.run
+    assert "labels it" not in alone.text
+    assert "labels it" in server.client.get(f"/api/runs/{new.run}/tracks").text
+    server.client.delete(f"/api/runs/{away.run}")
 
 
 def test_undone_edits_are_not_corrections(server: Server, tracked_home: ToyHome, tracks: list[str]) -> None:

@@ -98,6 +98,22 @@ def test_a_split_inherits_the_class_of_the_evidence(edits: EditServices, reporte
     assert {doc.key: doc.class_id for doc in send(edits, "6", split, {"m2": 1}).docs} == {"m2": None, "hlater02": None}
 
 
+@pytest.mark.parametrize("reported", [{}, {"class_id": 2}])
+@pytest.mark.parametrize(("other", "label"), [("m1", 38), ("hlater02", None)])
+def test_a_merge_keeps_the_label_that_the_track_showed(
+    edits: EditServices, reported: dict[str, int], other: str, label: int | None
+) -> None:
+    """An earlier engine track into a part of m3, and a later part of the same track into it."""
+    for step, (frame, key) in enumerate([(65, "hlater02"), (60, "hlater01")]):
+        split = {"name": "split", "frame": frame, "key": "m3", "new_key": key}
+        send(edits, f"{step}", split, {"m3": step})
+    merge = {"name": "merge", "frame": 60, "key": "hlater01", "others": [other], **reported}
+    revisions = {"hlater01": 1, other: int(other == "hlater02")}
+    docs = {doc.key: doc for doc in send(edits, "2", merge, revisions).docs}
+    assert docs["hlater01"].class_id == label
+    assert docs[other].merged_into == "hlater01"
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_undoing_and_redoing_all_edits(edits: EditServices, seed: int) -> None:
     rng, docs, states = random.Random(seed), initial_documents(), []

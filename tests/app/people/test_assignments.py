@@ -134,6 +134,15 @@ def test_reopened_work_does_not_overlap_later_work(tracked_home: ToyHome, team: 
     assert change(rolf, done, state="returned", comment="again").status_code == 200
 
 
+def test_done_work_of_another_person_does_not_overlap(tracked_home: ToyHome, team: Team) -> None:
+    rolf = team.client("Rolf")
+    (one,) = assign(rolf, tracked_home.video_id, stop=40).json()["assignments"]
+    assert assign(rolf, tracked_home.video_id, person="Rolf").status_code == 201
+    assert_refused(change(rolf, one, person="Rolf"), 409, "Rolf has drive.mp4 already, whole")
+    moved = change(rolf, one, person="Rolf", state="done").json()
+    assert (moved["person"], moved["state"]) == ("Rolf", "done")
+
+
 def test_a_video_is_assigned_during_its_import(tracked_home: ToyHome, team: Team) -> None:
     with tracked_home.database.write() as session:
         session.add(Video(id="1" * 64, name="new", path="/new", size=1, state="importing", frames=5, warnings=[]))

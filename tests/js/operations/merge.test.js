@@ -65,6 +65,19 @@ test('a merge of tracks that share frames asks first and changes nothing yet; an
   end();
 });
 
+test('a part of an engine track keeps its label when an earlier track is merged into it', async () => {
+  const { store, editor, review: now, end } = await createEditorFixture();
+  const tracks = { ...syntheticRun(200, 2).tracks, id: [1, 2], first: [0, 50], last: [99, 150], class_id: [14, 38] };
+  store.dispatch(changeReview, { tracks });
+  editor.edit({ name: 'split', key: 'm2', frame: 100, new_key: 'hlater', class_id: 38 });
+  store.dispatch(changeReview, { mode: 'merge', marked: ['hlater', 'm1'] });
+  merge({ store, edit: editor.edit }, () => {});
+  await editor.settled();
+  const { segments, class_id } = now().docs.hlater;
+  assert.deepEqual([pluck(segments, 'track'), class_id], [[1, 2], 38]);
+  end();
+});
+
 test('what is shown is the common frame nearest to the cursor', () => {
   assert.deepEqual(
     [0, 12, 18, 99].map((frame) =>

@@ -1,7 +1,7 @@
 // @ts-check
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { formatRoute, parseRoute, currentAddress, isSameView } from '../../../static/js/model/route.js';
+import { formatRoute, parseRoute, currentAddress, isSameView, runAddress } from '../../../static/js/model/route.js';
 import * as actions from '../../../static/js/store/actions/page.js';
 import { initialState } from '../../../static/js/store/initial.js';
 import { pluck, rowsOf } from '../pluck.js';
@@ -92,6 +92,18 @@ test('the address says where one is, and never the run that is being left', () =
   for (const more of [{ playing: true }, { timebase: null }, { video: video('other') }])
     assert.equal(place(`#/review/${id}/${mine}`, more), null);
   assert.equal(place('#/files'), null);
+});
+
+test('another run of the video opens at the frame on the screen', () => {
+  const [id, other, next] = ['a'.repeat(64), 'd'.repeat(64), 'c'.repeat(32)];
+  const review = { video: video(id), timebase: {}, frame: 7 };
+  /** @param {string} hash @param {string} of @param {object} [more] */
+  const opened = (hash, of, more = {}) =>
+    runAddress({ route: parseRoute(hash), review: /** @type {any} */ ({ ...review, ...more }) }, of, next);
+  assert.equal(opened(`#/review/${id}/-?frame=3&track=m1`, id), `#/review/${id}/${next}?frame=7`);
+  assert.equal(opened(`#/review/${id}/-?frame=3`, id, { timebase: null }), `#/review/${id}/${next}?frame=3`, 'it is being opened');
+  assert.equal(opened(`#/review/${id}/-?frame=3`, other), `#/review/${other}/${next}`);
+  assert.equal(opened('#/', id), `#/review/${id}/${next}`);
 });
 
 test('files and versions take their place, and leave it', () => {

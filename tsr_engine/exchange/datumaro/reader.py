@@ -14,7 +14,7 @@ from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.file_listing import head_of, list_json_files
 from tsr_engine.exchange.formats import ImportTarget
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
-from tsr_engine.exchange.ids import id_of, real_of, track_of, whole_of
+from tsr_engine.exchange.ids import id_of, is_number, real_of, track_of, whole_of
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.json_stream import members, read_members
 from tsr_engine.exchange.picture_names import parse_picture_name
@@ -131,7 +131,7 @@ def _scale(item: JsonObject, file: str, where: str, validator: ImportValidator) 
     video = validator.target.video
     if size == [video.height, video.width]:
         return 1.0, 1.0
-    if not (isinstance(size, list) and len(size) == 2 and all(isinstance(side, int | float) for side in size)):
+    if not (isinstance(size, list) and len(size) == 2 and all(is_number(side) and abs(side) < 1e6 for side in size)):
         raise rule_error(file, where, f"image.size must be [height, width]. Got {str(size)[:60]}.")
     return validator.scale(float(size[1]), float(size[0]), file, where)
 

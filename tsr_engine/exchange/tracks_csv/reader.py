@@ -74,6 +74,11 @@ def files_of_video(path: Path, video: DatasetVideo, suffix: str) -> list[Path]:
     return found
 
 
+def name_in(path: Path, file: Path) -> str:
+    """The name of a file for messages, within an imported folder or file: the files of a split have the same name."""
+    return file.relative_to(path).as_posix() if path.is_dir() else file.name
+
+
 def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
     """Read a file or folder.
 
@@ -85,9 +90,7 @@ def read_tracks_csv(path: Path, target: ImportTarget) -> Dataset:
     formulas_quoted = manifest_value(path if path.is_dir() else path.parent, "formulas") == "quoted"
     loose = UntrackedBoxes(validator, files[0].name)
     for file in files:
-        # files of a split have the same name
-        name = file.relative_to(path).as_posix() if path.is_dir() else file.name
-        _Table(file, name, formulas_quoted, validator, loose).read()
+        _Table(file, name_in(path, file), formulas_quoted, validator, loose).read()
     loose.finish()
     return validator.finish(files[0].name)
 

@@ -45,13 +45,17 @@ class Entry:
     ordered: bool = False
 
 
-def entries(path: Path) -> Iterator[Entry | None]:
+def entries(path: Path, file: str) -> Iterator[Entry | None]:
     """Yield the entries of a file, one in memory at a time; None where a list, which may be empty, begins.
+
+    Args:
+        path: the file.
+        file: its name for messages.
 
     Raises:
         ImportFormatError: as ``members``, or a known key has no list.
     """
-    for key, position, value in members(path):
+    for key, position, value in members(path, name=file):
         frame = FRAME_KEY.fullmatch(key)
         if frame:
             name = f"frame {key}"
@@ -70,7 +74,7 @@ def entries(path: Path) -> Iterator[Entry | None]:
             for box_position, each in enumerate(inner, start=1):
                 yield Entry("", f"list {position}, box {box_position}", each, position - 1, ordered=True)
         elif key in _LISTS and key:
-            raise rule_error(path.name, key, "must be a list. Correct it.")
+            raise rule_error(file, key, "must be a list. Correct it.")
 
 
 def first_value(entry: JsonMapping, names: Sequence[str]) -> Any:  # Any: a value of JSON

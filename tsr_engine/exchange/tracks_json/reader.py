@@ -29,7 +29,7 @@ from tsr_engine.exchange.table_columns import (
     normalized,
 )
 from tsr_engine.exchange.tracks_csv.cells import check_pixels
-from tsr_engine.exchange.tracks_csv.reader import CLASS_NUMBERS_REPORT, files_of_video
+from tsr_engine.exchange.tracks_csv.reader import CLASS_NUMBERS_REPORT, files_of_video, name_in
 from tsr_engine.exchange.tracks_json.entries import FRAME_KEY, Entry, entries, first_value, inner_boxes
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts
 from tsr_engine.io.plain_numbers import parse_real, parse_whole
@@ -54,7 +54,7 @@ def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
     files = files_of_video(path, target.video, ".json")
     loose = UntrackedBoxes(validator, files[0].name)
     for file in files:
-        _File(file, validator, loose).read()
+        _File(file, name_in(path, file), validator, loose).read()
     loose.finish()
     return validator.finish(files[0].name)
 
@@ -62,9 +62,9 @@ def read_tracks_json(path: Path, target: ImportTarget) -> Dataset:
 class _File:
     """Reads one file."""
 
-    def __init__(self, path: Path, validator: ImportValidator, loose: UntrackedBoxes) -> None:
+    def __init__(self, path: Path, name: str, validator: ImportValidator, loose: UntrackedBoxes) -> None:
         self._path = path
-        self._name = path.name
+        self._name = name
         self._validator = validator
         self._loose = loose
         self._origin = FrameOrigin(validator)
@@ -77,11 +77,11 @@ class _File:
 
     def read(self) -> None:
         """Take all tracks and detections, one in memory at a time."""
-        self._read_head(read_members(self._path, _HEAD_KEYS))
+        self._read_head(read_members(self._path, _HEAD_KEYS, name=self._name))
         if not self._is_own_format:
             self._find_video_and_origin()
         has_entries = False
-        for entry in entries(self._path):
+        for entry in entries(self._path, self._name):
             has_entries = True
             if entry is not None and self._video in (None, _video_of(entry.value)):
                 self._entry(entry)
@@ -94,13 +94,13 @@ class _File:
     def _find_video_and_origin(self) -> None:
         """Find the video that the entries name, if any, and its first frame number."""
         documented = False
-        videos = dict.fromkeys(_video_of(entry.value) for entry in entries(self._path) if entry is not None)
+        videos = dict.fromkeys(_video_of(entry.value) for entry in entries(self._path, self._name) if entry is not None)
         if videos.keys() - {""}:
             parts = [VideoPart(name, (name,), ids=(name,)) for name in videos]
             self._video = choose_parts(parts, self._validator, self._name, "video")[0].content
         if self._origin.decided:
             return
-        for entry in entries(self._path):
+        for entry in entries(self._path, self._name):
             if entry is not None and self._video in (None, _video_of(entry.value)):
                 documented |= entry.kind in ("tracks", "detections", "negatives")
                 self._collect_frames(entry.value, None if entry.ordered else entry.frame)

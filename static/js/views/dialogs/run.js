@@ -2,7 +2,7 @@
 /** The runs of a video, and the form of a new run. */
 
 import { errorMessage } from '../../api/errors.js';
-import { formatRoute } from '../../model/route.js';
+import { runAddress } from '../../model/route.js';
 import { listRuns } from '../../model/run_groups.js';
 import { putRun } from '../../store/actions/page.js';
 import { fill, h, reconcile } from '../dom.js';
@@ -36,7 +36,7 @@ export function runDialog(setup) {
           label: 'Open',
           run: () => {
             close();
-            location.hash = formatRoute({ screen: 'review', video: run.video_id, run: run.id, frame: null, track: null });
+            location.hash = runAddress(store.get(), run.video_id, run.id);
           },
         },
       });

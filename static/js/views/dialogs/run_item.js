@@ -1,7 +1,7 @@
 // @ts-check
 /** One run in the list of a video's runs: name, progress and actions. */
 
-import { formatRoute } from '../../model/route.js';
+import { runAddress } from '../../model/route.js';
 import { isResumable, runShare } from '../../model/run_progress.js';
 import { dropRun, openDialog } from '../../store/actions/page.js';
 import { changeRun } from '../change_run.js';
@@ -21,6 +21,7 @@ import { toast } from '../../core/toast.js';
 export function createRunItem({ app, close, signal }, run) {
   /** The run with its present name. */
   const currentRun = () => app.store.get().runs[run.video_id]?.find(({ id }) => id === run.id) ?? run;
+  const address = () => runAddress(app.store.get(), run.video_id, run.id);
   return h(
     'li.run-item',
     h(
@@ -39,7 +40,14 @@ export function createRunItem({ app, close, signal }, run) {
       'div.row.run-actions',
       h(
         'a.btn.btn-small.run-open',
-        { href: formatRoute({ screen: 'review', video: run.video_id, run: run.id, frame: null, track: null }), onclick: close },
+        {
+          href: address(),
+          onclick: (/** @type {MouseEvent} */ event) => {
+            // a video that plays has moved on
+            /** @type {HTMLAnchorElement} */ (event.currentTarget).href = address();
+            close();
+          },
+        },
         'Open',
       ),
       h('button.btn.btn-small.run-cancel', { onclick: () => changeRun(app, () => app.api.cancelRun(run.id), signal) }, 'Cancel'),
