@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 
 from tests import toy_pipeline
-from tsr_engine.evidence import EvidenceReader
+from tsr_engine.errors import EvidenceError
+from tsr_engine.evidence import EvidenceReader, read_header
+from tsr_engine.evidence.header import write_header
 from tsr_engine.params import Params
 from tsr_engine.runs import calibration
 from tsr_engine.runs.calibration import calibrate, with_focus
@@ -63,6 +65,20 @@ def test_a_run_keeps_its_estimated_focus(tmp_path: Path, monkeypatch: pytest.Mon
     assert track_video(replace(request, restart=True), toy_pipeline.components(ASKING)).focus == Focus(
         0.9, 0.001, 100, 1.0
     )
+
+
+def test_a_run_with_a_set_focus_is_resumed_with_it(stands: Path, tmp_path: Path) -> None:
+    """As with every other parameter. Runs of earlier versions do not say whether their focus was set."""
+    request = RunRequest(stands, toy_pipeline.PARAMS, tmp_path / "run", stop=4)
+    track_video(request, toy_pipeline.components())
+    without = replace(request, params=ASKING, stop=8)
+    with pytest.raises(EvidenceError, match=r"tracking\.coast_foe_y: 0\.5 against None"):
+        track_video(without, toy_pipeline.components(ASKING))
+    assert track_video(replace(request, stop=6), toy_pipeline.components()).resumed_at == 4
+    header = read_header(tmp_path / "run")
+    facts = {name: fact for name, fact in header.frame_table.items() if name != "focus_estimated"}
+    write_header(tmp_path / "run", replace(header, frame_table=facts))
+    assert track_video(without, toy_pipeline.components(ASKING)).resumed_at == 6
 
 
 def test_a_standing_car_is_tracked(stands: Path, tmp_path: Path) -> None:

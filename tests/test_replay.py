@@ -166,6 +166,18 @@ def test_parameters_of_unrepeated_steps_cannot_be_changed(run: Path) -> None:
             replay_run(run, (name, value))
 
 
+def test_a_focus_that_a_run_has_not_estimated_must_be_named(tmp_path: Path) -> None:
+    """A new run with looming motion would estimate it from the video, which a replay lacks."""
+    paper = toy_pipeline.PARAMS.with_settings([("motion", "paper"), ("coast_foe_y", None)])
+    video = toy_pipeline.write_drive(tmp_path / "drive.mp4", 6)
+    track_video(RunRequest(video, paper, tmp_path / "run"), toy_pipeline.components(paper))
+    looming = paper.with_settings([("motion", "looming")])
+    with pytest.raises(UsageError, match="Set coast_foe_y to the value that `tsr calibrate` finds"):
+        list(replay(tmp_path / "run", looming, toy_pipeline.components(looming)))
+    named = looming.with_settings([("coast_foe_y", 0.4)])
+    assert len(list(replay(tmp_path / "run", named, toy_pipeline.components(named)))) == 6
+
+
 def test_a_run_without_pixels_cannot_be_replayed(run: Path, tmp_path: Path) -> None:
     from dataclasses import replace
 

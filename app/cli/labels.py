@@ -262,6 +262,8 @@ def export_labels(
     from tsr_engine.exchange.label_files.formats import LABEL_FORMATS, write_labels
     from tsr_engine.io.atomic import atomic_text
 
+    if out == Path("-"):
+        raise UsageError("Labels cannot be written to standard output. Name a file.")
     with label_service(home) as (service, _):
         labels = service.get(set_key, version)
         text = write_labels(labels, format)

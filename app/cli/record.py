@@ -107,8 +107,9 @@ def _focus(source: Source, first: int, stop: int | None, frame: int | None, trac
     from app.cli.run_names import track_key
     from tsr_engine.evidence import EvidenceReader
 
-    low, behind = max(first, source.first), source.stop if stop is None else min(stop, source.stop)
-    if frame is not None and not low <= frame < behind:
+    low, behind = max(first, source.first), source.stop if stop is None else stop
+    is_stored = low < behind <= source.stop  # the recording refuses other ranges
+    if frame is not None and is_stored and not low <= frame < behind:
         raise UsageError(f"--at must be one of the recorded frames, {low} to {behind - 1}. Got {frame}.")
     if track is None:
         return None

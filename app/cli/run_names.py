@@ -11,6 +11,7 @@ from app.exchange.dataset import Source, evidence_source
 from app.storage.ids import RUN_ID
 from tsr_engine.errors import InputError, StorageError, TsrError, UsageError
 from tsr_engine.evidence.schema import RUN_FILE
+from tsr_engine.io.atomic import real_path
 
 
 @contextmanager
@@ -75,7 +76,7 @@ def _stored_source(name: str, home: Path | None, report: Callable[[str], None]) 
 
 def _data_folder_of(path: Path) -> Path | None:
     """The data folder that contains an evidence folder, and its corrections; None if it belongs to none."""
-    folder = path.resolve()
+    folder = real_path(path)
     if not (folder / RUN_FILE).is_file() or not RUN_ID.fullmatch(folder.name) or folder.parent.name != "runs":
         return None
     from app.settings import DATABASE_FILE

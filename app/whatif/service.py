@@ -16,8 +16,9 @@ from app.storage.database import Database
 from app.storage.lookup import ACTIVE, require_run
 from app.storage.models import Run
 from app.storage.servers import require_local
+from tsr_engine.errors import UsageError
 from tsr_engine.params import Params
-from tsr_engine.params.replayable import changed_parameters, is_replayable
+from tsr_engine.params.replayable import changed_parameters, is_replayable, refuse_missing_focus
 from tsr_engine.version import __version__
 
 PRIORITY = 20
@@ -102,6 +103,10 @@ def _require_changes(before: Params, params: Params, requested: Mapping[str, obj
                 field=f"parameters.{given_names.get(leaf, leaf)}",
                 code="not_replayable",
             )
+    try:
+        refuse_missing_focus(before, params)
+    except UsageError as error:
+        raise Invalid(str(error), field="parameters.coast_foe_y", code="not_replayable") from None
     if not changed:
         raise Invalid(
             "The run already has these parameters, so nothing would change. Choose other values.",

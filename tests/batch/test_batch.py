@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from tests.batch.short_drives import write_short_drive
 from tsr_engine.batch.manifest import MANIFEST, Identity, load_manifest
 from tsr_engine.batch.process import run_task
 from tsr_engine.batch.run import BatchProgress, BatchRequest, run_batch
-from tsr_engine.batch.task import DriveTask
+from tsr_engine.batch.task import DriveTask, Outcome
 from tsr_engine.batch.worker import unfinished_folder
 from tsr_engine.cli.main import run
 from tsr_engine.errors import UsageError
@@ -112,6 +113,27 @@ def test_a_wanted_result_that_is_missing_is_made(drives: Path, tmp_path: Path, d
     part = (tmp_path / "two" / "tracks.csv").read_text().splitlines()
     assert {int(line.split(",")[0]) for line in part[1:]} <= set(range(5)), "other frames are other results"
     assert len(part) < len(whole)
+
+
+def test_unfinished_work_on_other_frames_is_discarded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker refuses to continue evidence that begins at another frame."""
+    drive, found = tmp_path / "drive.mp4", []
+    drive.write_text("frames")
+
+    def leave_unfinished(tasks: Sequence[DriveTask], *_: object) -> Iterator[tuple[int, Outcome]]:
+        for index, task in enumerate(tasks):
+            work = unfinished_folder(Path(task.folder))
+            found.append(work.is_dir())
+            work.mkdir(exist_ok=True)
+            yield index, Outcome(None, "The process died.")
+
+    monkeypatch.setattr("tsr_engine.batch.run.run_locally", leave_unfinished)
+    wanted = replace(request(tmp_path, tmp_path / "out", {}), drives=[drive])
+    for start in (0, 0, 5, 5):
+        go(replace(wanted, ranges={drive: (start, None)}))
+    drive.write_text("other frames")
+    go(replace(wanted, ranges={drive: (5, None)}))
+    assert found == [False, True, False, True, False]
 
 
 def test_a_name_that_is_not_utf8_does_not_stop_a_batch(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

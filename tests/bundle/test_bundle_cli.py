@@ -75,6 +75,16 @@ def test_wrong_options_are_refused(drive: TrackedDrive, plain: Path, capfd: Any)
 
 
 @pytest.mark.usefixtures("toy_parts")
+def test_a_focus_that_a_run_has_not_estimated_must_be_named(
+    plain: Path, capfd: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paper = toy_pipeline.PARAMS.with_settings([("motion", "paper"), ("coast_foe_y", None)])
+    monkeypatch.setattr("tsr_engine.bundle.bundle_params", lambda _: (paper, []))
+    assert run(["replay", str(plain), "--set", "motion=looming"]) == 2
+    assert "Set coast_foe_y to the value that `tsr calibrate` finds" in capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("toy_parts")
 def test_evidence_folders_replay_as_before(drive: TrackedDrive, capfd: Any) -> None:
     assert run(["replay", str(drive.run)]) == 0
     assert "75 are identical" in capfd.readouterr().out

@@ -12,7 +12,7 @@ import av
 import numpy as np
 import pytest
 
-from tsr_engine.cli.main import refuse_empty_arguments, run
+from tsr_engine.cli.main import refuse_empty_arguments, refuse_standard_output, run
 from tsr_engine.io.models import Component, component_path, save_component
 
 Capture = pytest.CaptureFixture[str]
@@ -258,6 +258,16 @@ def test_unextendable_models_are_refused_before_the_work(tmp_path: Path, capsys:
 )
 def test_an_empty_path_is_not_the_current_folder(capsys: Capture, arguments: list[str], named: str) -> None:
     assert named in sentence(capsys, 2, *arguments)
+
+
+@pytest.mark.parametrize("words", [["track", "drive.mp4", "--csv", "-"], ["sample", "--out=-"]])
+def test_standard_output_is_no_output(
+    words: list[str], tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert "cannot write to standard output" in sentence(capsys, 2, *words)
+    assert list(tmp_path.iterdir()) == []
+    refuse_standard_output(["bundle", "run", "--note", "-", "--out", "./-"])
 
 
 def test_free_text_may_be_empty() -> None:

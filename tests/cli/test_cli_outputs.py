@@ -87,4 +87,8 @@ def test_links_stay_links_and_devices_stay_devices(run: Path, tmp_path: Path) ->
     assert pipe.is_fifo()
     assert_one_sentence(tsr("replay", run, "--csv", target / "x.csv"), 6, "a file stands where a folder is needed")
     assert_one_sentence(tsr("replay", run, "--csv", tmp_path), 6, "Name a file.")
+    loop = tmp_path / "loop.mp4"
+    loop.symlink_to(loop.name)
+    assert_one_sentence(tsr("replay", run, "--csv", loop), 6, "leads back to itself")
+    assert_one_sentence(tsr("track", tmp_path / "short.mp4", "--video", loop), 6, "leads back to itself")
     assert_one_sentence(tsr("replay", run, "--csv", run / "run.json"), 2, "a file of the evidence itself")

@@ -17,7 +17,7 @@ import pytest
 
 from tsr_engine.errors import StorageError
 from tsr_engine.io.atomic import atomic_bytes, atomic_text
-from tsr_engine.io.unfinished import UnfinishedFile, remove_leftovers
+from tsr_engine.io.unfinished import UnfinishedFile, create_locked_folder, remove_leftovers
 from tsr_engine.io.video import open_video
 from tsr_engine.io.video_writer import VideoWriter
 
@@ -68,6 +68,19 @@ def test_leftovers_of_a_killed_writer_are_removed(tmp_path: Path) -> None:
         assert remove_leftovers(path) == [], "what is being written stays"
     assert path.read_text() == "whole"
     assert sorted(entry.name for entry in tmp_path.iterdir()) == [mine.name, path.name]
+
+
+def test_names_may_be_as_long_as_a_folder_can_hold(tmp_path: Path) -> None:
+    path = tmp_path / ("ü" * 125 + ".json")
+    assert len(os.fsencode(path.name)) == 255
+    left, lock = create_locked_folder(path)
+    os.close(lock)
+    with atomic_text(path) as out:
+        assert not left.exists(), "leftovers of this output are known by their names"
+        out.write("whole")
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+    with pytest.raises(StorageError, match="File name too long"), atomic_text(tmp_path / f"x{path.name}"):
+        pytest.fail("a name that is too long is refused before the work")
 
 
 @pytest.fixture

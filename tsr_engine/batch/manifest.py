@@ -56,6 +56,7 @@ class DriveState:
         video: absolute path.
         folder: name of its folder of results.
         size, changed: size in bytes and modification time in ns since 1970 of the file when it was tracked.
+        stamp: stamp of its last task, whether or not that finished; empty in older manifests.
         state: ``waiting`` also while the drive is tracked.
         error: one sentence on why it failed.
         result: figures of a finished drive: ``frames``, ``seconds``, ``tracks`` ...
@@ -65,6 +66,7 @@ class DriveState:
     folder: str
     size: int = 0
     changed: int = 0
+    stamp: str = ""
     state: State = "waiting"
     error: str = ""
     result: JsonObject = field(default_factory=dict)

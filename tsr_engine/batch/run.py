@@ -157,10 +157,11 @@ def _reset_changed(manifest: Manifest, request: BatchRequest) -> None:
             size = changed = 0  # the process that opens it says what is wrong
         if (size, changed) != (drive.size, drive.changed) and drive.state != "waiting" and size:
             drive.state = "waiting"
-        if (size, changed) != (drive.size, drive.changed) and drive.size:
-            shutil.rmtree(unfinished_folder(out / drive.folder), ignore_errors=True)
         drive.size, drive.changed = size or drive.size, changed or drive.changed
         folder = out / drive.folder
+        if drive.video in wanted and drive.stamp != (stamp := _make_task(request, drive).stamp):
+            shutil.rmtree(unfinished_folder(folder), ignore_errors=True)  # of another file or of other frames
+            drive.stamp = stamp
         is_done = _is_finished(drive, drive.result, request) if drive.video in wanted else folder.is_dir()
         if drive.state == "done" and not is_done:
             drive.state = "waiting"

@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from functools import cache
+from itertools import pairwise
 from typing import Annotated, Any, TextIO
 
 import typer
@@ -39,6 +40,9 @@ EXIT_BROKEN_PIPE = 141
 
 _FREE_TEXT_OPTIONS = {"--note"}
 """Options with values that may be empty."""
+
+_OUTPUT_OPTIONS = {"--csv", "--evidence", "--jsonl", "--out"}
+"""Options that name a file or folder to write in every command that has them."""
 
 _PATH_ERRNOS = (errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP)
 """Errors of a path that a command cannot look at: a folder of somebody else, or a name that is too long."""
@@ -115,7 +119,9 @@ def run(arguments: list[str] | None = None) -> int:
     """
     _prepare_streams()
     try:
-        refuse_empty_arguments(sys.argv[1:] if arguments is None else arguments)
+        words = sys.argv[1:] if arguments is None else arguments
+        refuse_empty_arguments(words)
+        refuse_standard_output(words)
         with explained():
             result = command()(args=arguments, standalone_mode=False)
         sys.stdout.flush()
@@ -173,6 +179,19 @@ def refuse_empty_arguments(arguments: Sequence[str]) -> None:
         if option_name not in _FREE_TEXT_OPTIONS:
             what = f"The value of {option_name}" if option_name else "A word of the command"
             raise UsageError(f"{what} is empty. Give a value, or leave it out.")
+
+
+def refuse_standard_output(arguments: Sequence[str]) -> None:
+    """Refuse ``-`` as the name of an output, which other programs take for standard output.
+
+    Raises:
+        UsageError: the value of an output option is ``-``.
+    """
+    for option, value in [*pairwise(arguments), *(word.split("=", 1) for word in arguments if "=" in word)]:
+        if option in _OUTPUT_OPTIONS and value == "-":
+            raise UsageError(
+                f"{option} cannot write to standard output. Name a file or folder; for the name -, say ./-."
+            )
 
 
 def _report_failure(message: str, code: int) -> int:

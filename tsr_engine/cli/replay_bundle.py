@@ -42,7 +42,7 @@ def replay_bundle_file(
     from tsr_engine.errors import UsageError
     from tsr_engine.io.atomic import atomic_text, refuse_inputs
     from tsr_engine.params import Params
-    from tsr_engine.params.replayable import changed_parameters
+    from tsr_engine.params.replayable import changed_parameters, refuse_missing_focus
 
     if bundled_models and models is not None:
         raise UsageError("--models and --bundled-models are two sets of models. Choose one of them.")
@@ -52,6 +52,7 @@ def replay_bundle_file(
         before, changed = bundles.bundle_params(bundle)
         camera = [("coast_foe_y", before.tracking.coast_foe_y)]
         params = (before if preset is None else Params.preset(preset).with_settings(camera)).with_settings(pairs)
+        refuse_missing_focus(before, params)
         changed += [f"The parameter {name} was changed for this replay." for name in changed_parameters(before, params)]
         folder = bundles.bundled_models(bundle) if bundled_models else models
         network = bundles.replay_network(bundle, onnx, bundled_models, other_models)

@@ -41,7 +41,7 @@ class RunHeader:
         parameters: all parameters, as from ``Params.model_dump()``; old names are converted on reading.
         models: component name -> sha256.
         frame_table: summary of the provisional frame table (time base as text, announced frames, size, rotation,
-            ...); for information only, not part of the identity.
+            ...), the learned lambda, and whether the focus was estimated from the drive; not part of the identity.
         engine_version: version of the engine.
         schema_version: version of the store's tables.
         created: UTC time in ISO 8601.

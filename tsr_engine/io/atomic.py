@@ -59,10 +59,13 @@ def output_path(path: Path) -> Path:
     Missing parent folders are created.
 
     Raises:
-        StorageError: the path is a folder, a device or a pipe, or the parent folder cannot be created.
+        StorageError: the path is a folder, a device, a pipe or a link to itself, or the parent folder cannot be
+            created.
     """
     try:
-        path = path.resolve() if path.is_symlink() else path
+        path = real_path(path) if path.is_symlink() else path
+        if path.is_symlink():
+            raise StorageError(f"Cannot write {path}: it is a symbolic link that leads back to itself. Name a file.")
         if path.is_dir():
             raise StorageError(f"Cannot write {path}: it is a folder. Name a file.")
         if path.exists() and not path.is_file():
@@ -125,8 +128,13 @@ def refuse_inputs(outputs: Iterable[Path | None], inputs: Iterable[Path], input_
         if output is None:
             continue
         for source in sources:
-            is_same = output.resolve() == source.resolve()
+            is_same = real_path(output) == real_path(source)
             if not is_same and output.exists() and source.exists():
                 is_same = output.samefile(source)
             if is_same:
                 raise UsageError(f"The output {output} is {input_name}. Choose another name for the output.")
+
+
+def real_path(path: Path) -> Path:
+    """The path without links. A link that leads back to itself stays; ``Path.resolve`` fails on it before 3.13."""
+    return Path(os.path.realpath(path))

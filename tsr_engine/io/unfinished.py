@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import fcntl
+import hashlib
 import os
 import re
 import secrets
@@ -19,6 +20,10 @@ from typing import Final
 from tsr_engine.io.locks import is_named
 
 _SUFFIX: Final = ".part"
+_MAX_NAME_BYTES: Final = 255
+"""Longest name of a file, in bytes, on the usual file systems."""
+_LONG_NAME_BYTES: Final = 200
+"""The temporary name of an output with a longer name, in bytes, has a digest of it."""
 _NO_FOLDER_SYNC: Final = (errno.EACCES, errno.EPERM, errno.EINVAL, errno.ENOTSUP)
 """Errors of systems that cannot flush a folder's names to the disk, or must not read the folder."""
 
@@ -117,11 +122,20 @@ def fsync_path(path: Path) -> None:
 
 
 def _random_sibling(out: Path) -> Path:
-    return out.with_name(f".{out.name}.{secrets.token_hex(8)}{_SUFFIX}")
+    return out.with_name(f".{_stem(out)}.{secrets.token_hex(8)}{_SUFFIX}")
+
+
+def _stem(out: Path) -> str:
+    """The name of the output, or a digest of it if the temporary name would exceed what a folder can hold.
+
+    A name that is too long itself stays, so that it is refused before the work.
+    """
+    name = os.fsencode(out.name)
+    return hashlib.sha256(name).hexdigest() if _LONG_NAME_BYTES < len(name) <= _MAX_NAME_BYTES else out.name
 
 
 def _list_part_files(out: Path) -> list[Path]:
-    name = re.compile(rf"\.{re.escape(out.name)}\.[0-9a-f]+{re.escape(_SUFFIX)}")
+    name = re.compile(rf"\.{re.escape(_stem(out))}\.[0-9a-f]+{re.escape(_SUFFIX)}")
     with suppress(OSError), os.scandir(out.parent) as entries:
         return [out.parent / entry.name for entry in entries if name.fullmatch(entry.name)]
     return []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from tsr_engine.errors import UsageError
 from tsr_engine.params import Params
 
 FIXED = (
@@ -42,6 +43,21 @@ VALUES_IN_OLD_RUNS: Mapping[str, float | bool | str | None] = MappingProxyType(
 def is_replayable(name: str) -> bool:
     """Whether a replay may change a parameter; the name includes the section, as in ``gate.tau``."""
     return not any(name.startswith(fixed) if fixed.endswith(".") else name == fixed for fixed in FIXED)
+
+
+def refuse_missing_focus(before: Params, now: Params) -> None:
+    """Refuse a replay with the motion model ``looming`` of a run with another one, unless the focus is set.
+
+    A new run would estimate the focus from the beginning of its drive, which a replay does not have.
+
+    Raises:
+        UsageError: the focus is not set.
+    """
+    if now.tracking.motion == "looming" != before.tracking.motion and now.tracking.coast_foe_y is None:
+        raise UsageError(
+            "The motion model looming needs the camera's focus of expansion, which the run has not estimated. Set "
+            "coast_foe_y to the value that `tsr calibrate` finds in the video, or track the video again."
+        )
 
 
 def changed_parameters(before: Params, now: Params) -> list[str]:

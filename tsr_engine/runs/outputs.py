@@ -14,7 +14,7 @@ from typing import TextIO
 from tsr_engine.errors import ExportError, StorageError, UsageError
 from tsr_engine.evidence import RESULT_HEADER, ResultRow, refuse_run_files
 from tsr_engine.evidence.schema import RUN_FILE
-from tsr_engine.io.atomic import atomic_text, output_path, refuse_inputs, storage_error
+from tsr_engine.io.atomic import atomic_text, output_path, real_path, refuse_inputs, storage_error
 from tsr_engine.io.opened_file import display_path
 from tsr_engine.io.overlay import draw
 from tsr_engine.io.video import Frame, Video
@@ -37,7 +37,7 @@ def refuse_outputs(request: RunRequest) -> None:
     refuse_inputs(outputs, [display_path(request.video)])
     if request.evidence is not None:
         refuse_run_files(outputs, request.evidence)
-    if len({path.resolve() for path in outputs}) < len(outputs):
+    if len({real_path(path) for path in outputs}) < len(outputs):
         raise UsageError(f"Two outputs have the same name {request.csv}. Choose another for one of them.")
     places = [*outputs, *(() if request.evidence is None else (request.evidence / RUN_FILE,))]
     folders = [folder for place in places for folder in place.absolute().parents]

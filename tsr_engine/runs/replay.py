@@ -17,7 +17,7 @@ from tsr_engine.errors import EvidenceError, ModelError, UsageError
 from tsr_engine.evidence import EvidenceReader, differences
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.params import Params
-from tsr_engine.params.replayable import VALUES_IN_OLD_RUNS, changed_parameters, is_replayable
+from tsr_engine.params.replayable import VALUES_IN_OLD_RUNS, changed_parameters, is_replayable, refuse_missing_focus
 from tsr_engine.pipeline import (
     READER_COMPONENTS,
     RECOMPUTED,
@@ -144,7 +144,8 @@ def replay(
 
     Raises:
         EvidenceError: the folder holds no run, or the run is damaged or has no pixels.
-        UsageError: a changed parameter belongs to a step that a replay does not repeat.
+        UsageError: a changed parameter belongs to a step that a replay does not repeat, or needs a focus of expansion
+            that the run has not estimated.
     """
     report = ReplayReport() if report is None else report
     report.class_names = components.parts.names
@@ -157,6 +158,7 @@ def replay(
                 f"A replay does not repeat the step that {fixed} belongs to. Leave it, or track the video of {folder} "
                 "again."
             )
+        refuse_missing_focus(original_params, params)
         if not reader.header.keep_pixels:
             raise EvidenceError(f"{folder} holds no pixels and cannot be replayed. Track the video again with pixels.")
         weight = _rescoring_weight(reader, original_params, params, components)

@@ -89,12 +89,16 @@ def _with_focus(
 ) -> tuple[Params, Focus | None]:
     """Parameters with the camera's focus, and the estimate if this call made one.
 
-    The focus is that of the parameters, else that of the resumed run, else the estimate from the drive.
+    The focus is that of the parameters, else the estimate of the resumed run, else the estimate from the drive. A run
+    whose focus was set is resumed only with the same setting, as with every other parameter.
     """
     params, folder = request.params, request.evidence
     if params.tracking.coast_foe_y is not None or request.restart or folder is None or not (folder / RUN_FILE).exists():
         return with_focus(params, request.video, stop, limits=request.limits, progress=focus_progress)
-    stored = read_header(folder).parameters.get("tracking", {})
+    header = read_header(folder)
+    if not header.frame_table.get("focus_estimated", True):  # runs of earlier versions do not say
+        return params, None
+    stored = header.parameters.get("tracking", {})
     return params.with_settings([("coast_foe_y", stored.get("coast_foe_y"))]), None
 
 
@@ -178,6 +182,7 @@ class _Run:
                 "rotation": self.video.rotation,
                 "interval": self.interval,
                 "learned_lambda": self.components.learned_lambda,
+                "focus_estimated": self.report.focus is not None,
             },
         )
 

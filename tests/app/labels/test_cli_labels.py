@@ -103,6 +103,7 @@ def test_labels_are_added_with_all_fields_and_changed(labels: Command) -> None:
         (("import", "none.json"), "Expected a file of labels or one of the sets gtsrb-43, vienna. Got 'none.json'."),
         (("list", "--set", "none"), "There is no label set 'none'."),
         (("export", "x.json", "--format", "xls"), "Expected a format of labels"),
+        (("export", "-"), "cannot be written to standard output"),
     ],
 )
 def test_refusals_are_one_sentence(labels: Command, words: tuple[object, ...], reported: str) -> None:

@@ -157,6 +157,8 @@ def test_the_command_line_makes_one_from_a_home_and_from_bare_evidence(
     assert "not re-encoded" in capsys.readouterr().out
     for wrong, reported in (
         (["--at", "40"], "one of the recorded frames, 3 to 39"),
+        (["--frames", "80:90", "--at", "5"], "has stored the frames 0 to 74"),
+        (["--frames", "70:90", "--at", "80"], "has stored the frames 0 to 74"),
         (["--track", "99"], "number of one of the run's"),
         (["--track", "seven"], "number of one of the run's"),
     ):

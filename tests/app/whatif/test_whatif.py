@@ -94,6 +94,14 @@ def test_invalid_requests_are_refused(home: Any, asked: dict[str, Any], field: s
         assert session.query(Run).filter(Run.kind == "whatif").count() == 0
 
 
+def test_a_focus_that_a_run_has_not_estimated_must_be_named(home: Any) -> None:
+    paper = home.add_run(preset="paper")
+    with pytest.raises(Invalid, match="which the run has not estimated") as caught:
+        service(home).start(paper, {"motion": "looming"})
+    assert caught.value.field == "parameters.coast_foe_y"
+    assert service(home).start(paper, {"motion": "looming", "coast_foe_y": 0.4}).state == "queued"
+
+
 def test_an_old_parameter_name_is_accepted_with_a_warning(home: Any) -> None:
     settings = {"pipeline.sought_noise": 5.0}  # former name
     run = service(home).start(home.run_id, settings)
