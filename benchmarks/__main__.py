@@ -84,6 +84,8 @@ def _run(experiments: Sequence[Experiment], data: Data, beside: bool) -> list[st
         sys.stderr.write(f"{experiment.name} ... ")
         sys.stderr.flush()
         try:
+            if not beside:
+                _require_folders(experiment, stored, data)
             result = replace(experiment.run(data), name=experiment.name, machine=machine())
         except (Skip, InputError) as why:
             if stored is not None and not stored.skipped:
@@ -92,6 +94,7 @@ def _run(experiments: Sequence[Experiment], data: Data, beside: bool) -> list[st
                 sys.stderr.write(f"skipped: {why}\n")
                 Result(experiment.name, skipped=str(why), machine=machine()).save(RESULTS)
             continue
+        result = replace(result, folders=[name for name in experiment.optional if data.has(name)])
         sys.stderr.write(f"done ({time.monotonic() - began:.0f} s)\n")
         if experiment.headline is not None:
             kept = stored if beside else None
@@ -100,6 +103,23 @@ def _run(experiments: Sequence[Experiment], data: Data, beside: bool) -> list[st
         result.save(RESULTS)
         measured.append(experiment.name)
     return measured
+
+
+def _require_folders(experiment: Experiment, stored: Result | None, data: Data) -> None:
+    """Check that a new result would have all figures of the stored one.
+
+    Raises:
+        Skip: a folder is missing that the stored result used.
+    """
+    if stored is None or stored.skipped:
+        return
+    used = experiment.optional if stored.folders is None else stored.folders
+    missing = [f"--{name}" for name in used if not data.has(name)]
+    if missing:
+        raise Skip(
+            f"it has figures of further folders. Name them with {', '.join(missing)}, or remove "
+            f"{RESULTS.name}/{experiment.name}.json to measure without them."
+        )
 
 
 def _require_other_processor(experiment: Experiment, stored: Result | None) -> None:

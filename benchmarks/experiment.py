@@ -6,7 +6,7 @@ import json
 import os
 import platform
 import subprocess
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib import metadata
 from pathlib import Path
@@ -47,15 +47,20 @@ class Data:
     )
     drives: Path | None = field(default=None, metadata={"help": "videos without annotation"})
 
+    def has(self, name: str) -> bool:
+        """Whether a folder was given and exists."""
+        folder: Path | None = getattr(self, name)
+        return folder is not None and folder.is_dir()
+
     def need(self, name: str) -> Path:
         """A folder of data.
 
         Raises:
             Skip: it was not given or does not exist.
         """
-        folder: Path | None = getattr(self, name)
-        if folder is None or not folder.is_dir():
+        if not self.has(name):
             raise Skip(f"no data: the folder `{name}` was not given or does not exist.")
+        folder: Path = getattr(self, name)
         return folder
 
 
@@ -71,6 +76,7 @@ class Result:
         machine: description of the machine, see ``machine``.
         skipped: why it did not run; empty: it ran.
         elsewhere: short results on other processors, by their name; see ``beside``.
+        folders: the folders among the experiment's ``optional`` ones that it used; None: an older result, not known.
     """
 
     name: str = ""
@@ -80,6 +86,7 @@ class Result:
     machine: JsonMapping = field(default_factory=dict)
     skipped: str = ""
     elsewhere: Mapping[str, str] = field(default_factory=dict)
+    folders: Sequence[str] | None = None
 
     def beside(self, other: Result | None, headline: Callable[[Result], str]) -> Result:
         """This result with a short form of another one, and of what that has beside it, from other processors."""
@@ -116,6 +123,7 @@ class Experiment:
         plot: draws ``NAME.svg``; None: there is no figure.
         headline: one clause with the figures that depend on the processor, which the report keeps after a run on
             another one; None: no figure depends on it.
+        optional: names of folders without which it runs, but with fewer figures.
     """
 
     name: str
@@ -125,6 +133,7 @@ class Experiment:
     report: Callable[[Result], str]
     plot: Callable[[Result, Path], None] | None = None
     headline: Callable[[Result], str] | None = None
+    optional: tuple[str, ...] = ()
 
 
 def machine() -> JsonObject:

@@ -93,9 +93,10 @@ def _service(home: Path | None) -> Iterator[TrainingService]:
 
 
 def _named(service: TrainingService, text: str) -> str:
-    """The id of a version by its id, the start of its id, or its name."""
+    """The id of a version by its id, its name, or the start of its id."""
     views: list[ModelView] = service.list()[0]
-    found = [view.id for view in views if text in (view.id, view.name)]
+    found = [view.id for view in views if text == view.id]  # a version may have the name ``shipped``
+    found = found or [view.id for view in views if text == view.name]
     found = found or [view.id for view in views if len(text) >= 6 and view.id.startswith(text)]
     if len(found) != 1:
         many = "several versions are called" if found else "there is no version"

@@ -70,12 +70,14 @@ class TrainingService:
         """Queue the training of a version.
 
         Raises:
-            Invalid: there is nothing to learn from, two runs belong to one video, the parent is unknown, or a path is
-                not a folder.
+            Invalid: there is nothing to learn from, two runs belong to one video, the parent is unknown, a path is not
+                a folder, or the name is that of the shipped models.
             Refused: a folder lies outside the allowed ones.
             NotFound: no such run or export.
             Conflict: a run, an export or the parent is not complete.
         """
+        if wanted.name.strip().casefold() == SHIPPED_ID:
+            raise Invalid(f"{wanted.name!r} names the models without any training. Choose another name.", field="name")
         folders = public_folders(wanted, self._settings.roots)
         with self._database.write() as session:
             parent = self._parent(session, wanted.parent)

@@ -167,7 +167,7 @@ def _open_with_videos(task: TaskContext, path: Path, name: str, work: Path) -> O
             return None
         return file
 
-    opened = open_export(path, find, work, task.settings.video_limits)
+    opened = open_export(path, find, work, task.settings.video_limits, name)
     return replace(opened, notes=(*notes, *opened.notes))
 
 

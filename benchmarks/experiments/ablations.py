@@ -244,4 +244,5 @@ EXPERIMENT = Experiment(
     "Which departures of the preset `default` from `paper` help, and under which stress?",
     _run,
     _report,
+    optional=("clips", "looming", "tuning"),
 )

@@ -150,4 +150,5 @@ EXPERIMENT = Experiment(
     "How many actions and seconds does an annotator who knows the ground truth need for a track, by error?",
     _run,
     _report,
+    optional=("before",),
 )

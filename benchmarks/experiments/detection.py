@@ -170,4 +170,5 @@ EXPERIMENT = Experiment(
     _run,
     _report,
     _plot,
+    optional=("gtsrb",),
 )

@@ -250,4 +250,5 @@ EXPERIMENT = Experiment(
     _run,
     _report,
     _plot,
+    optional=("tuning",),
 )

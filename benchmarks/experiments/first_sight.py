@@ -186,4 +186,5 @@ EXPERIMENT = Experiment(
     "How wide is a sign when its track starts, with the shipped models and with those of an earlier version?",
     _run,
     _report,
+    optional=("clips", "looming", "tuning"),
 )

@@ -253,4 +253,5 @@ EXPERIMENT = Experiment(
     "stop where the sign ends, and how many boxes does a person draw in all?",
     _run,
     _report,
+    optional=("tuning", "boards"),
 )

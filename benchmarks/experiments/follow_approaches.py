@@ -117,4 +117,5 @@ EXPERIMENT = Experiment(
     "do on many signs?",
     _run,
     _report,
+    optional=("tuning", "boards"),
 )

@@ -174,4 +174,5 @@ EXPERIMENT = Experiment(
     _run,
     _report,
     _plot,
+    optional=("looming", "tuning"),
 )

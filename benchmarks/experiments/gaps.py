@@ -266,4 +266,5 @@ EXPERIMENT = Experiment(
     _run,
     _report,
     _plot,
+    optional=("looming", "tuning"),
 )

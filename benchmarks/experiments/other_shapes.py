@@ -272,4 +272,5 @@ EXPERIMENT = Experiment(
     _run,
     _report,
     headline=_headline,
+    optional=("foreign",),
 )

@@ -210,4 +210,5 @@ EXPERIMENT = Experiment(
     "Do the classifier and the network together classify better than either alone?",
     _run,
     _report,
+    optional=("clips", "foreign", "gtsdb"),
 )

@@ -244,4 +244,5 @@ EXPERIMENT = Experiment(
     _run,
     _report,
     headline=_headline,
+    optional=("clips", "looming"),
 )

@@ -181,4 +181,5 @@ EXPERIMENT = Experiment(
     "Do the models become better on other clips after a few signs of some clips are corrected?",
     _run,
     _report,
+    optional=("gtsdb",),
 )

@@ -100,4 +100,11 @@ def _report(result: Result) -> str:
     return table(rows) + "\n"
 
 
-EXPERIMENT = Experiment("review", "The review tool", "How fast is the page, also on a long drive?", _run, _report)
+EXPERIMENT = Experiment(
+    "review",
+    "The review tool",
+    "How fast is the page, also on a long drive?",
+    _run,
+    _report,
+    optional=("clips",),
+)

@@ -150,4 +150,5 @@ EXPERIMENT = Experiment(
     _run,
     _report,
     _plot,
+    optional=("tuning",),
 )

@@ -324,4 +324,5 @@ EXPERIMENT = Experiment(
     _run,
     _report,
     _plot,
+    optional=("looming", "tuning"),
 )

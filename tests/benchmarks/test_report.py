@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 import subprocess
-from dataclasses import replace
+import sys
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -162,6 +164,44 @@ def test_a_skipped_experiment_leaves_its_stored_result(
     assert ("It is 41.5." in (tmp_path / "REPORT.md").read_text(encoding="utf-8")) == ("value" in figures)
     said = capsys.readouterr().err
     assert "one ... skipped, the stored result stays: no data: the folder `clips` was not given" in said
+
+
+def test_a_run_on_fewer_folders_leaves_a_fuller_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def count(data: Data) -> Result:
+        return Result("one", "On toys.", {"value": data.has("clips") + data.has("foreign")})
+
+    monkeypatch.setattr(runner, "EXPERIMENTS", [replace(_toy("one"), run=count, optional=("clips", "foreign"))])
+    monkeypatch.setattr(runner, "ROOT", tmp_path)
+    monkeypatch.setattr(runner, "RESULTS", tmp_path / "results")
+    path = tmp_path / "results" / "one.json"
+    fewer = ["--scratch", str(tmp_path / "scratch"), "--clips", str(tmp_path), "--foreign", str(tmp_path / "nowhere")]
+
+    def value_after(arguments: list[str]) -> object:
+        assert runner.main(arguments) == 0
+        return Result.load(path).figures["value"]
+
+    assert value_after([*fewer[:-1], str(tmp_path)]) == 2
+    assert value_after(fewer) == 2
+    assert (
+        "one ... skipped, the stored result stays: it has figures of further folders. Name them with --foreign, or "
+        "remove results/one.json to measure without them." in capsys.readouterr().err
+    )
+    Result("one", "On toys.", {"value": 7}, machine=machine()).save(path.parent)
+    assert value_after(fewer) == 7, "it is not known which folders an older result used"
+    path.unlink()
+    assert value_after(fewer) == value_after(fewer) == 1
+    assert value_after([*fewer[:-1], str(tmp_path)]) == 2
+
+
+def test_experiments_name_the_folders_that_they_can_do_without() -> None:
+    folders = "|".join(field.name for field in fields(Data) if "help" in field.metadata)
+    for each in EXPERIMENTS:
+        source = inspect.getsource(sys.modules[each.run.__module__])
+        read = set(re.findall(rf"\bdata\.({folders})\b", source)) - set(re.findall(r'data\.need\("(\w+)"\)', source))
+        tuning = {"tuning"} if "judged_approaches(" in source else set()
+        assert read | tuning <= set(each.optional), each.name
 
 
 def test_names_are_unique_and_valid_file_names() -> None:

@@ -193,7 +193,7 @@ def build_manifest(
                 if video.negatives
                 else {}
             )
-            | ({"left_out": left_out} if (left_out := _left_out(video, format)) else {})
+            | {"left_out": _left_out(video, format)}
             for index, (video, export_name) in enumerate(zip(dataset.videos, video_names(dataset.videos), strict=True))
         ],
         "skipped": [{"what": item.what, "reason": item.reason} for item in skipped],
@@ -295,7 +295,10 @@ def _video(
 
 
 def _left_out(video: DatasetVideo, format: Format) -> list[JsonObject]:
-    """Places without a box of the export that a retraining must not take for background."""
+    """Places without a box of the export that a retraining must not take for background.
+
+    An empty list tells it that there are none: manifests of earlier versions have no list.
+    """
     tracks = list(video.left_out)
     if not format.ignores:  # its writer drops regions to ignore
         ignored = (select_frames(track, track.ignore) for track in video.tracks() if track.ignore is not None)

@@ -268,7 +268,7 @@ def test_an_export_stores_the_places_of_tracks_that_it_leaves_out(api: ExchangeC
     def places(**request: Any) -> list[Any]:
         with zipfile.ZipFile(io.BytesIO(api.download(api.export(**request)))) as archive:
             (video,) = json.loads(archive.read("manifest.json"))["videos"]
-        return list(video.get("left_out", []))
+        return list(video["left_out"])
 
     tracks = api.tracks()
     assert places(states=ALL_STATES) == []

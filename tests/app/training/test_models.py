@@ -205,6 +205,7 @@ def test_damaged_versions_are_refused(api: TrainingClient, version: dict[str, An
         ({"exports": ["0" * 32], "parts": ["wheels"]}, 422, ""),
         ({"folders": {"gtsdb": "/etc"}}, 403, "outside the folders"),
         ({"exports": ["0" * 32], "parent": "1" * 32}, 422, "to start from"),
+        ({"exports": ["0" * 32], "name": "Shipped"}, 422, "'Shipped' names the models without any training"),
     ],
 )
 def test_invalid_requests_are_refused(api: TrainingClient, body: dict[str, Any], status: int, words: str) -> None:
@@ -315,6 +316,8 @@ def test_a_changed_video_is_not_used_for_training(api: TrainingClient, export: s
         version = api.train(exports=[export], parts=["online"])
         assert version["state"] == "failed"
         assert f"{path} has changed since it was added and was not used for training" in version["error"]
+        name = version["lineage"]["asked"]["exports"][0]["name"]
+        assert f"{name}: the file of drive.mp4 is missing" in version["error"]
 
         path.write_bytes(content)
         os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns + 2 * 10**9))
@@ -338,8 +341,18 @@ def test_the_command_line_lists_the_same_versions(
     assert "there is no version" in capsys.readouterr().err
     assert run(["models", "rollback", *home]) == 0
     assert run(["models", "rollback", *home]) == 2
+    _rename(api, version["id"], "shipped")
+    assert run(["models", "promote", version["id"], *home]) == 0
+    assert run(["models", "promote", "shipped", *home]) == 0
+    assert api.active() == "shipped", "the id counts before the name, which versions of earlier servers may have"
+    _rename(api, version["id"], "First")
     with api.home.database.read() as session:
         assert all(v.promoted == 0 for v in session.query(ModelVersion))
+
+
+def _rename(api: TrainingClient, version: str, name: str) -> None:
+    with api.home.database.write() as session:
+        session.get_one(ModelVersion, version).name = name
 
 
 def test_missing_labels_of_a_version_are_listed() -> None:

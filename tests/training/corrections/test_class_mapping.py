@@ -174,6 +174,28 @@ def test_an_export_stores_merged_labels(tmp_path: Path) -> None:
     assert result([found], ("x", "old-stop")) == [{"m1": ("sign", 1)}]
 
 
+@pytest.mark.parametrize("newest_first", [False, True])
+def test_exports_before_and_after_a_merge_teach_one_class(newest_first: bool) -> None:
+    """The labels are not in the model, and the merged one's key is the later one, so both keys could become classes."""
+    before = CUSTOM_SET.model_copy(
+        update={"labels": (*CUSTOM_SET.labels[:4], CUSTOM_SET.labels[4].model_copy(update={"merged_into": None}))}
+    )
+    after = CUSTOM_SET.model_copy(update={"version": 2})
+    exports = [opened([separate_track("m1", 0, label=5)], before), opened([separate_track("m2", 1, label=1)], after)]
+    exports = exports[::-1] if newest_first else exports
+    further = new_label_keys(exports, ("x",))
+    assert further == ("allj",)
+    found = result(exports, ("x", *further))
+    assert sorted(one for each in found for one in each.items()) == [("m1", ("sign", 1)), ("m2", ("sign", 1))]
+
+
+def test_label_sets_of_two_libraries_are_kept_apart() -> None:
+    goal = Label(id=1, key="goal", name="goal")
+    other = CUSTOM_SET.model_copy(update={"version": 9, "labels": (goal, *CUSTOM_SET.labels[1:4])})
+    exports = [opened([separate_track("m1", 0, label=1)]), opened([separate_track("m2", 1, label=1)], other)]
+    assert new_label_keys(exports, ("x",)) == ("allj", "goal")
+
+
 def test_an_export_stores_the_training_classes_of_its_labels(tmp_path: Path) -> None:
     tracks = [separate_track("m1", 0, label=1), separate_track("m3", 0, first=22, frames=10, label=3)]
     path = write_video(tmp_path / "toy.mp4", tracks)

@@ -12,7 +12,7 @@ import pytest
 
 from tests.training.corrected_tracks import make_track, make_video, write_video
 from tsr_engine.errors import ImportFormatError, InputError
-from tsr_engine.exchange.dataset import Dataset
+from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.filters import Filters, filter_dataset, with_left_out
 from tsr_engine.exchange.formats import ExportOptions
@@ -183,6 +183,14 @@ def test_regressions_are_reported() -> None:
     ]
 
 
+HARMLESS = (
+    Skipped("2 attributes of tracks", "MOT has no place for them."),
+    Skipped("toy.mp4: 3 boxes of 1 track", "They lie outside of frames 0 to 39, the only ones that were tracked."),
+    Skipped("1 mark of occlusion", "Label Studio has no such mark."),
+)
+"""Losses that leave out no place."""
+
+
 class TestExports:
     def export(self, folder: Path, pictures: str, zipped: bool, state: str = "accepted") -> tuple[Path, Path]:
         tracks = [make_track("m1", state=state), make_track("m2", 10, first=25, side=30.0, state=state)]
@@ -257,6 +265,28 @@ class TestExports:
             )
             assert bool(s.signs) == (5 <= k < 20)
         assert {int(s.scene.name.split("#")[1]) for s in found} == set(range(25))
+
+    def test_an_export_of_an_earlier_version_is_reported_if_it_leaves_something_out(self, tmp_path: Path) -> None:
+        tracks = [make_track("m1"), make_track("m2", 10, first=25, state="open")]
+        path = write_video(tmp_path / "toy.mp4", tracks)
+        whole = Dataset(shipped_set(DEFAULT), (replace(make_video(tracks, path), sha256="ab" * 32),))
+        accepted = with_left_out(filter_dataset(whole, Filters(states=frozenset({"accepted"}))), whole)
+
+        def notes(dataset: Dataset, earlier: bool, **asked: object) -> tuple[str, ...]:
+            out = tmp_path / "export"
+            export_dataset(dataset, format_named("cvat-video"), out, zipped=False, about=asked)
+            content = json.loads((out / "manifest.json").read_text())
+            if earlier:
+                del content["videos"][0]["left_out"]
+            (out / "manifest.json").write_text(json.dumps(content))
+            return open_export(out, lambda *_: path, tmp_path, name="mine.zip").notes
+
+        (note,) = notes(accepted, earlier=True)
+        assert note.startswith("mine.zip: an earlier version of tsr made it without the places of what it leaves out")
+        assert notes(whole, earlier=True, tracks={"run": ["m1"]}) == (note,)
+        assert notes(accepted, earlier=False) == ()
+        assert notes(whole, earlier=False) == ()
+        assert notes(replace(whole, skipped=HARMLESS), earlier=True) == ()
 
     def test_damaged_places_are_refused(self, tmp_path: Path) -> None:
         out, path = self.export(tmp_path, "none", False)

@@ -19,6 +19,7 @@ from tsr_engine.exchange.dataset import REJECTED, Track
 from tsr_engine.exchange.relabel import relabel_track
 from tsr_engine.geometry.boxes import iou_each
 from tsr_engine.labels.classes import RunClasses, classes_of_keys
+from tsr_engine.labels.model import LabelSet
 from tsr_engine.plural import plural
 from tsr_engine.track_table import NO_CLASS
 from tsr_engine.training.corrections.corrected_scenes import CorrectedScene, verdict, video_name
@@ -40,7 +41,7 @@ def new_label_keys(exports: Sequence[OpenedExport], keys: Sequence[str] | None) 
         keys: keys of the model's classes by number; None: those of ``gtsrb-43``.
     """
     found: dict[str, str] = {}
-    for export in exports:
+    for export in _with_newest_labels(exports):
         classes = classes_of_keys(keys, export.dataset.labels)
         for track in (track for video in export.dataset.videos for track in video.tracks()):
             label = classes.labels.get(classes.labels.resolved(track.label))
@@ -77,6 +78,7 @@ def map_to_classes(exports: Sequence[OpenedExport], keys: Sequence[str] | None) 
         exports: exports with labels of their own sets.
         keys: keys of the model's classes by number; None: those of ``gtsrb-43``.
     """
+    exports = _with_newest_labels(exports)
     tracks = [[tuple(video.tracks()) for video in export.dataset.videos] for export in exports]
     found, repeated = _pairs(exports, tracks, keys)
     unused = {used.place for pair in found for used in pair.tracks} | {used.place for used in repeated}
@@ -101,6 +103,26 @@ def map_to_classes(exports: Sequence[OpenedExport], keys: Sequence[str] | None) 
         dataset = replace(export.dataset, videos=tuple(videos))
         mapped.append(replace(export, dataset=dataset, notes=tuple(dict.fromkeys(_shortened(notes)))))
     return mapped
+
+
+def _with_newest_labels(exports: Sequence[OpenedExport]) -> list[OpenedExport]:
+    """The exports with the newest version of each label set that one of them has.
+
+    Otherwise two exports, one from before a merge of labels, would teach one label as two classes.
+    """
+    return [replace(each, dataset=replace(each.dataset, labels=_newest_labels(each, exports))) for each in exports]
+
+
+def _newest_labels(export: OpenedExport, exports: Sequence[OpenedExport]) -> LabelSet:
+    own = export.dataset.labels
+    keys = {label.id: label.key for label in own}
+    # Sets of two libraries may have one key; a later version has all labels of an earlier one.
+    later = (
+        labels
+        for labels in (each.dataset.labels for each in exports)
+        if labels.key == own.key and keys.items() <= {label.id: label.key for label in labels}.items()
+    )
+    return max((own, *later), key=lambda labels: labels.version)
 
 
 def _as_classes(track: Track, classes: RunClasses, missing_labels: Counter[str]) -> Track:

@@ -6,6 +6,7 @@ background. Without the video, the pictures in the export are used.
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -33,6 +34,8 @@ from tsr_engine.training.corrections.corrected_scenes import verdict
 __all__ = ["OpenedExport", "open_export"]
 
 _REVIEWED: Final = frozenset({"accepted", "rejected"})
+_BOXES: Final = re.compile(r"\d (track|tracks|box|boxes)\b| to ignore$")
+"""Tracks, boxes or regions to ignore, among what an export counts as skipped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +58,11 @@ class OpenedExport:
 
 
 def open_export(
-    path: Path, find: Callable[[str, str], VideoSource | None], scratch: Path, limits: VideoLimits | None = None
+    path: Path,
+    find: Callable[[str, str], VideoSource | None],
+    scratch: Path,
+    limits: VideoLimits | None = None,
+    name: str = "",
 ) -> OpenedExport:
     """Open an export folder or ZIP file.
 
@@ -64,6 +71,7 @@ def open_export(
         find: returns the file of a video by its SHA-256 and name; None: not available.
         scratch: an existing folder in which archives are unpacked and kept.
         limits: limits on the videos; unset: ``VideoLimits()``.
+        name: its name for people; empty: that of the file or folder.
 
     Raises:
         InputError: the path does not exist.
@@ -94,6 +102,7 @@ def open_export(
             "folder of crops with --gtsrb."
         )
     labels = labels_of(content)
+    name = name or path.name
     videos: list[DatasetVideo] = []
     pictures: list[Mapping[int, Path]] = []
     notes: list[str] = []
@@ -101,20 +110,25 @@ def open_export(
         bare = _bare(entry, find(str(entry["sha256"]), str(entry["name"])), limits)
         own = {} if bare.path is not None else _pictures(folder, entry)
         if bare.path is None and not own:
-            notes.append(f"{path.name}: the file of {bare.name} is missing and the export has no pictures of it.")
+            notes.append(f"{name}: the file of {bare.name} is missing and the export has no pictures of it.")
             continue
         read = read_dataset(folder, ImportTarget(bare, labels), chosen).videos[0]
         tracks = tuple(_reviewed(read.tracks(), content))
         if tracks and all(verdict(track) == "unknown" for track in tracks):
             notes.append(
-                f"{path.name} has no track that is marked as accepted. Export only accepted tracks, or in a format "
+                f"{name} has no track that is marked as accepted. Export only accepted tracks, or in a format "
                 "that has review states, such as cvat-video or tracks-json."
             )
-        tracks += tuple(_left_out(entry, path.name))
+        tracks += tuple(_left_out(entry, name))
+        if "left_out" not in entry and _leaves_out(content):
+            notes.append(
+                f"{name}: an earlier version of tsr made it without the places of what it leaves out, so unjudged "
+                "signs there may be learned as background; export again."
+            )
         videos.append(replace(bare, tracks=lambda tracks=tracks: iter(tracks)))  # type: ignore[misc]
         pictures.append(own)
     about = {
-        "name": path.name,
+        "name": name,
         "sha256": file_sha256(path if path.is_file() else path / MANIFEST),
         "format": chosen.name,
         "runs": [dict(entry.get("provenance", {})) for entry in content["videos"]],
@@ -172,6 +186,14 @@ def _left_out(entry: JsonMapping, name: str) -> Iterator[Track]:
                 f"{name}: {MANIFEST} must list frames and as many boxes for all that is left out. Export again."
             ) from None
         yield Track(f"left-out-{number}", NO_CLASS, frames, boxes, blank, blank, np.full(len(frames), np.nan))
+
+
+def _leaves_out(content: JsonMapping) -> bool:
+    """Whether an export lacks boxes that its runs have within the exported frames, by the sentences of its manifest."""
+    return content.get("asked", {}).get("tracks") is not None or any(
+        _BOXES.search(item["what"]) and not item["reason"].startswith("They lie outside ")
+        for item in content.get("skipped", ())
+    )
 
 
 def _reviewed(tracks: Iterator[Track], content: JsonMapping) -> Iterator[Track]:
