@@ -7,7 +7,7 @@ from functools import partial
 
 from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.dataset import UNSTATED_LABEL
-from tsr_engine.exchange.ids import is_number
+from tsr_engine.exchange.ids import is_number, real_of
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.notes import notes_from_text
 from tsr_engine.exchange.reading import rule_error
@@ -47,7 +47,7 @@ class TimeCheck:
         """Compare the time of a key frame with its number from 1, or with its ordinal."""
         if not is_number(time):
             return
-        time = _number(time, "time", self._file, location)
+        time = real_of(time, "time", self._file, location)
         self._checked += 1
         self._from_zero += abs(time * self._rate - frame) < 0.25
         # A tolerance of half a frame, because times are rounded and some come from the player.
@@ -76,7 +76,7 @@ class TimeCheck:
             self._validator.count(
                 "Key frames were taken by their number; their time is that of another", self._file, location
             )
-        if is_number(fps) and abs(_number(fps, "fps", self._file, self._where) - self._rate) > 0.01 * self._rate:
+        if is_number(fps) and abs(real_of(fps, "fps", self._file, self._where) - self._rate) > 0.01 * self._rate:
             self._validator.repair(f"{self._file}, {self._where}: says {fps:g} frames/s, {video.name} has {rate}.")
 
 
@@ -160,11 +160,11 @@ def _check_count(value: JsonObject, validator: ImportValidator, file: str, where
     video, duration = validator.target.video, value.get("duration")
     if not is_number(value.get("framesCount")):
         return
-    count = _number(value["framesCount"], "framesCount", file, where)
+    count = real_of(value["framesCount"], "framesCount", file, where)
     # Label Studio rounds the duration, so the count may be off by one.
     if abs(count - video.frames) > 1:
         rate = float(video.rate or 0)
-        is_at_rate = is_number(duration) and abs(count - _number(duration, "duration", file, where) * rate) <= 1
+        is_at_rate = is_number(duration) and abs(count - real_of(duration, "duration", file, where) * rate) <= 1
         # The duration is the file's: a sound track is often a little longer than the pictures.
         if is_at_rate and 0 < count - video.frames <= rate:
             validator.count("Regions count the frames of a sound track that is longer than the pictures", file, where)
@@ -192,10 +192,7 @@ def _meta(region: JsonObject) -> dict[str, list[str]]:
 def _number(value: object, name: str, file: str, where: str) -> float:
     if not is_number(value):
         raise rule_error(file, where, f"{name} must be a number. Got {str(value)[:40]!r}.")
-    try:
-        return float(value)
-    except OverflowError:
-        raise rule_error(file, where, f"{name} is too large. Correct it.") from None
+    return real_of(value, name, file, where)
 
 
 def _upright(x: float, y: float, width: float, height: float, rotation: float) -> Edges:

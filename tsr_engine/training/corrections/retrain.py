@@ -237,7 +237,7 @@ def _refine_parts(
         progress("samples for the online detector", 0, 1)
         new["online"] = refine_online(old["online"], scenes, recipe.seed)
         counts["online"] = dict(new["online"].data)
-    for name in [name for name in new if new[name] is not old.get(name)]:
+    for name in [name for name in new if new[name] is not old[name]]:
         videos = {*learned_videos({name: old[name]}), *(scene.video for scene in scenes)}
         new[name] = replace(new[name], data={**new[name].data, _LEARNED: sorted(videos)})
     return new, counts
