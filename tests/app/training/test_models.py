@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import uuid
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,15 +16,12 @@ from app.jobs.outcome import end_stopped_task, report_failure
 from app.storage.models import Job, ModelVersion, Run, Video
 from app.training.folders import models_for_start, models_of_run
 from app.training.task import retrain_models
-from app.training.view import label_facts
 from tests.app import toy_home
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tests.app.training.training_client import TrainingClient
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, component_path, load_component, read_manifest
-from tsr_engine.labels.files import shipped_set
-from tsr_engine.labels.model import Label
 
 
 @pytest.fixture(scope="module")
@@ -87,36 +83,6 @@ def test_reviews_without_training_data_are_refused(
     answer = api.ask(**body)
     assert answer.status_code == status
     assert words in answer.json()["error"]["message"]
-
-
-def test_an_export_lists_edits_made_since(tmp_path: Path) -> None:
-    home = toy_home.make_home(tmp_path, 80)
-    server = Server(home.settings.home, roots=(home.settings.home,))
-    with server.client:
-        api = TrainingClient(home, server)
-        api.accept()
-        made = api.export(states=["accepted"])
-
-        def age() -> dict[str, Any]:
-            (found,) = api.client.get("/api/models/sources").json()["exports"]
-            return dict(found)
-
-        def revert(name: str) -> None:
-            now = api.client.get(f"/api/runs/{home.run_id}/annotation?author=ann").json()
-            body = {"name": name, "op_id": now[name]["op_id"]}
-            url = f"/api/runs/{home.run_id}/edits"
-            answer = api.client.post(url, json={"op_id": uuid.uuid4().hex, "author": "ann", "command": body})
-            assert answer.status_code == 200, answer.text
-
-        assert age() == {"id": made, "edits": 0, "undone": 0, "gone": []}
-        revert("undo")
-        assert age() == {"id": made, "edits": 1, "undone": 1, "gone": []}
-        revert("redo")
-        assert age() == {"id": made, "edits": 2, "undone": 0, "gone": []}
-        assert api.client.delete(f"/api/runs/{home.run_id}").status_code == 204
-        assert age() == {"id": made, "edits": 0, "undone": 0, "gone": ["drive.mp4"]}
-    home.evidence.close()
-    home.database.close()
 
 
 def test_a_version_is_complete_with_untrained_parts_of_its_parent(api: TrainingClient, version: dict[str, Any]) -> None:
@@ -353,14 +319,3 @@ def test_the_command_line_lists_the_same_versions(
 def _rename(api: TrainingClient, version: str, name: str) -> None:
     with api.home.database.write() as session:
         session.get_one(ModelVersion, version).name = name
-
-
-def test_missing_labels_of_a_version_are_listed() -> None:
-    gtsrb = shipped_set("gtsrb-43")
-    more = Label(id=43, key="bus-stop", name="bus stop")
-    bin_ = Label(id=44, key="bin", name="litter bin", teach="background")
-    extended_set = gtsrb.model_copy(update={"labels": (*gtsrb.labels, more, bin_), "next_id": 45})
-    assert label_facts(None, gtsrb) == {"labels": 43, "lacks": []}
-    assert label_facts(None, extended_set) == {"labels": 43, "lacks": ["bus stop"]}
-    facts = label_facts(["stop", "bus stop"], extended_set)
-    assert (facts["labels"], len(facts["lacks"])) == (2, 42)
