@@ -58,6 +58,9 @@ def test_queue_and_inspector_stand_side_by_side_where_there_is_room(page: Page) 
         page.set_viewport_size({"width": width, "height": height})
         queue, inspector = page.get_by_role("region", name="Queue").first, page.locator(".inspector")
         expect(queue).to_be_visible()
+        is_one_line = """(e) => e.scrollWidth <= e.clientWidth
+            && e.clientHeight < 2 * parseFloat(getComputedStyle(e).fontSize)"""
+        assert queue.locator(".queue-counts").evaluate(is_one_line), width
         expect(inspector).to_contain_text(f"Track #{key[1:]}")
         expect(page.get_by_role("tab")).to_have_count(0)
         quiet(page)

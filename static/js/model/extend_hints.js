@@ -24,7 +24,8 @@ export function extendHint(tracks, entry, { width, height, frames }) {
     x1 > EDGE_MARGIN_PX && y1 > EDGE_MARGIN_PX && x2 < width - EDGE_MARGIN_PX && y2 < height - EDGE_MARGIN_PX;
   const hints = [];
   if (first && entry.first > 0 && first[2] - first[0] >= MIN_WIDTH_PX && isInside(first))
-    hints.push(`Begins ${Math.round(first[2] - first[0])} px wide, perhaps too late (, looks further back).`);
-  if (last && entry.last < frames - 1 && isInside(last)) hints.push('Ends inside the picture, perhaps too early (. looks further on).');
+    hints.push(`Begins ${Math.round(first[2] - first[0])} px wide, perhaps too late: press , to look further back.`);
+  if (last && entry.last < frames - 1 && isInside(last))
+    hints.push('Ends inside the picture, perhaps too early: press . to look further on.');
   return hints.join(' ');
 }

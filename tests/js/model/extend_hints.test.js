@@ -16,11 +16,11 @@ function hintFor(columns) {
 
 test('the hint names the end at which the sign may be visible further, and its key', () => {
   const inside = [[100, 100, 124, 130]];
-  assert.equal(hintFor({ first_box: inside }), 'Begins 24 px wide, perhaps too late (, looks further back).');
-  assert.equal(hintFor({ last_box: inside }), 'Ends inside the picture, perhaps too early (. looks further on).');
+  assert.equal(hintFor({ first_box: inside }), 'Begins 24 px wide, perhaps too late: press , to look further back.');
+  assert.equal(hintFor({ last_box: inside }), 'Ends inside the picture, perhaps too early: press . to look further on.');
   assert.equal(
     hintFor({ first_box: inside, last_box: inside }),
-    'Begins 24 px wide, perhaps too late (, looks further back). Ends inside the picture, perhaps too early (. looks further on).',
+    'Begins 24 px wide, perhaps too late: press , to look further back. Ends inside the picture, perhaps too early: press . to look further on.',
   );
 });
 

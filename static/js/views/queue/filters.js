@@ -66,16 +66,16 @@ export function createQueueFilters(app) {
     },
     icon('note'),
   );
-  const minScore = scoreInput('Minimum score', 'Score ≥', (score) => filter({ least_score: score }));
-  const maxScore = scoreInput('Maximum score', 'Score ≤', (score) => filter({ most_score: score }));
+  const minScore = scoreInput('queue-min-score', 'Minimum score', 'Score ≥', (score) => filter({ least_score: score }));
+  const maxScore = scoreInput('queue-max-score', 'Maximum score', 'Score ≤', (score) => filter({ most_score: score }));
   const element = h(
     'div.queue-filters',
     h('div.queue-search', h('span.input-with-icon.grow', icon('search'), text), notesButton),
     sort,
     review,
-    minScore,
     uncertainty,
     labelSelect,
+    minScore,
     maxScore,
     attribute,
   );
@@ -173,9 +173,9 @@ export function createQueueFilters(app) {
   };
 }
 
-/** @param {string} name @param {string} placeholder @param {(score: number|null) => void} change */
-function scoreInput(name, placeholder, change) {
-  const input = h('input.input', {
+/** @param {string} className @param {string} name @param {string} placeholder @param {(score: number|null) => void} change */
+function scoreInput(className, name, placeholder, change) {
+  const input = h(`input.input.${className}`, {
     type: 'number',
     step: 'any',
     placeholder,

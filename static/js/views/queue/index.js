@@ -31,8 +31,9 @@ export function createQueue(app) {
   const lifetime = new AbortController();
   const { signal } = lifetime;
   const filters = createQueueFilters(app);
-  const leftText = h('strong.queue-left');
+  const leftText = h('strong');
   const shownText = h('span.muted.small');
+  const countsText = h('span.queue-counts.grow', leftText, ' ', shownText);
   const deletedButton = h('button.btn.btn-small', {
     hidden: true,
     title: 'List the deleted tracks and restore them',
@@ -64,16 +65,7 @@ export function createQueue(app) {
   const element = h(
     'section.queue.panel',
     { 'aria-label': 'Queue' },
-    h(
-      'div.panel-head',
-      h('h2.queue-title', 'Queue'),
-      leftText,
-      h('span.grow'),
-      deletedButton,
-      bulkReviewButton,
-      shownText,
-      nextVideoButton,
-    ),
+    h('div.panel-head', h('h2.queue-title', 'Queue'), countsText, deletedButton, bulkReviewButton, nextVideoButton),
     meter,
     filters.element,
     h('div.queue-body', scroller, empty.element),
@@ -192,6 +184,7 @@ export function createQueue(app) {
           shownText,
           order.length === counts.total ? `of ${count(counts.total)}` : `${count(order.length)} of ${count(counts.total)} shown`,
         );
+        setAttribute(countsText, 'title', countsText.textContent ?? '');
         bulkReviewButton.hidden = order.length < 2;
         const deletedCount = deletedTracks(review.docs).length;
         deletedButton.hidden = deletedCount === 0;
