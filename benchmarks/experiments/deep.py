@@ -13,7 +13,7 @@ from benchmarks.reporting.plotting import draw_precision_recall
 from benchmarks.systems.curves import curve_figures
 from benchmarks.systems.held_out_scenes import ACF_IS, DetectionResults, held_out
 from benchmarks.timing.contenders import SIGNS
-from tsr_engine.detection.onnx import OnnxDetector
+from tsr_engine.detection.onnx import Layout, OnnxDetector
 from tsr_engine.evaluation.detection import DetectionScore, score_detections
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.pictures import read_picture
@@ -44,12 +44,13 @@ def _run(data: Data) -> Result:
             f"the network was trained on {reported['training']['scenes']} scenes, this folder's split has "
             f"{len(known.train)}."
         )
-    found = {"small deep detector": _detect(reported, report), "ACF": known.detections(prior=False)}
+    network = plug_in(SIGNS, (int(reported["input"][0]), int(reported["input"][1])), reported["layout"])
+    found = {"small deep detector": detect_scenes(network, report), "ACF": known.detections(prior=False)}
     return Result(
         data=f"GTSDB, split by scene as for *Detection on unseen scenes*: {len(known.train)} scenes train, the "
         f"{len(known.calibrate)} of calibration are unused, {len(report)} are reported on. Both detectors run without "
         "the prior, on pictures at full size; IoU 0.5, all classes as one.",
-        figures={name: _plain(results) for name, results in found.items()}
+        figures={name: scene_figures(results) for name, results in found.items()}
         | {"training": reported["training"], "bytes": reported["bytes"]},
         settings={
             "input": "x".join(map(str, reported["input"])),
@@ -59,10 +60,13 @@ def _run(data: Data) -> Result:
     )
 
 
-def _detect(reported: JsonObject, report: Sequence[Scene]) -> DetectionResults:
-    """Detect with the engine's plug-in, as `tsr track --onnx` does."""
-    size = (int(reported["input"][0]), int(reported["input"][1]))
-    detector = OnnxDetector(SIGNS.read_bytes(), size, reported["layout"], params=DetectorParams(keep_score=MIN_SCORE))
+def plug_in(network: Path, size: tuple[int, int], layout: Layout = "v8", min_score: float = MIN_SCORE) -> OnnxDetector:
+    """A network in the engine's plug-in, as `tsr track --onnx` uses it, without a prior."""
+    return OnnxDetector(network.read_bytes(), size, layout, params=DetectorParams(keep_score=min_score))
+
+
+def detect_scenes(detector: OnnxDetector, report: Sequence[Scene]) -> DetectionResults:
+    """Detect in each scene."""
     results = []
     for scene in report:
         seen = detector.detect(read_picture(scene.path))
@@ -70,7 +74,8 @@ def _detect(reported: JsonObject, report: Sequence[Scene]) -> DetectionResults:
     return results
 
 
-def _plain(results: DetectionResults) -> JsonObject:
+def scene_figures(results: DetectionResults) -> JsonObject:
+    """The curve of a detector, and the signs that it finds by width."""
     score = score_detections(results)
     return {**curve_figures(score), "by_width": _by_width(results, score)}
 

@@ -103,7 +103,7 @@ def _run(data: Data) -> Result:
         f"were chosen by HOTA (ties by MOTA and IDF1) on {', '.join(chosen_on) or 'no clip'} and {other} simulated "
         "approaches, which are some of the videos that our parameters were chosen on (docs/tracking.md). Reported are "
         f"{', '.join(clips) or 'no clip'} and {also.rstrip('.')}, {unseen}.",
-        figures={"groups": _figures(judged, rows), "chosen": chosen, "missing": missing},
+        figures={"groups": figures_by_group(judged, rows), "chosen": chosen, "missing": missing},
         settings={name: version(name) for name in ("trackers", "supervision", "trackeval") if version(name)},
     )
 
@@ -137,8 +137,13 @@ def run_peers(
     return chosen, missing
 
 
-def _figures(judged: Sequence[DetectedVideo], rows: Mapping[str, list[tuple[TrackTable, float]]]) -> JsonObject:
-    """Group -> tracker -> figures. Groups: held-out clips, each stress, all stresses."""
+def figures_by_group(judged: Sequence[DetectedVideo], rows: Mapping[str, list[tuple[TrackTable, float]]]) -> JsonObject:
+    """Group -> tracker -> figures. Groups: held-out clips, each stress, all stresses.
+
+    Args:
+        judged: the videos.
+        rows: for each tracker its rows and CPU seconds on each video; the first tracker is ours.
+    """
     stresses = sorted({s.video.group for s in judged} - {"held out"})
     clips = ["held out"] if any(s.video.group == "held out" for s in judged) else []
     groups = [*clips, *stresses, *(["all approaches"] if len(stresses) > 1 else [])]
@@ -150,7 +155,7 @@ def _figures(judged: Sequence[DetectedVideo], rows: Mapping[str, list[tuple[Trac
             truth, shown = (table.cut(s.width, s.height) for table in (s.video.truth, returned))
             reports.append(evaluate_video(s.video.name, truth, shown, len(s.frames)))
             sequences.append(sequence(truth, shown, len(s.frames)))
-        ours = ours or reports  # the first is `default`
+        ours = ours or reports
         for group in groups:
             mine = [i for i, s in enumerate(judged) if _belongs(s.video.group, group)]
             if mine:

@@ -69,7 +69,8 @@ def test_shares_are_percentages() -> None:
 
 def test_readme_has_the_figures_of_the_summary() -> None:
     reported = summary(RESULTS)
-    found = {row: cells(row, reported)[1] for row in ("detection: AP", "signs classified", "time of", "review screen")}
+    rows = ("detection: AP", "signs classified", "time of", "review screen", "accuracy compared")
+    found = {row: cells(row, reported)[1] for row in rows}
     signs, false_tracks, _ = cells("tracking: signs found", reported)[1].split(", ")
     error = cells("tracking: coverage", reported)[1].split()[2]
     ours, theirs = re.findall(r"\((\d+) ms against (\d+);", found["time of"])[0]
@@ -79,6 +80,12 @@ def test_readme_has_the_figures_of_the_summary() -> None:
     slower, share = re.findall(r"Xeon.*: detection ([\d.]+) ms, ([\d.]+) of the network's time", found["time of"])[0]
     assert cells("detection of a 720x576", README)[1] == (
         f"{ours} ms (a YOLO11n-size network: {theirs} ms); on a slower Xeon {slower} ms, {share} of the network's time"
+    )
+    pattern = r"against ([\d.]+), .* coverage (\S+ %) against (\S+ %), mean Eq. 7 ([\d.]+) against ([\d.]+)"
+    ap, covered, covers, exact, error = re.findall(pattern, found["accuracy compared"])[0]
+    assert f"the same GTSDB scenes has AP {ap}. " in README
+    assert f"covers {covers} of the signs' frames with a mean Eq. 7 of {error}; tsr covers {covered} with {exact}" in (
+        README.replace("\n", " ")
     )
     assert f"p95 {cells('review screen', README)[1]}" == found["review screen"].split(",")[0]
 
