@@ -83,9 +83,10 @@ def test_readme_has_the_figures_of_the_summary() -> None:
     )
     pattern = r"against ([\d.]+), .* coverage (\S+ %) against (\S+ %), mean Eq. 7 ([\d.]+) against ([\d.]+)"
     ap, covered, covers, exact, error = re.findall(pattern, found["accuracy compared"])[0]
-    assert f"the same GTSDB scenes has AP {ap}. " in README
-    assert f"covers {covers} of the signs' frames with a mean Eq. 7 of {error}; tsr covers {covered} with {exact}" in (
-        README.replace("\n", " ")
+    text = README.replace("\n", " ")
+    assert f"the same GTSDB scenes, has AP {ap}. " in text
+    assert (
+        f"covers {covers} of the signs' frames with a mean Eq. 7 of {error}; tsr covers {covered} with {exact}" in text
     )
     assert f"p95 {cells('review screen', README)[1]}" == found["review screen"].split(",")[0]
 
