@@ -198,7 +198,9 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             if outside or goes_on:
                 continue
         if outside:
-            validator.hide_from(uid, frame)
+            # Nobody has seen the frames between the last one with the sign and the next one of the task.
+            is_next = frame == min(last_frame + task.task.step, validator.target.video.frames)
+            validator.hide_from(uid, last_frame + 1 if is_next else frame)
             continue
         first_values = first_values or values
         frame_label = values.get("frame_label", "").strip()
