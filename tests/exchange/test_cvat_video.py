@@ -310,3 +310,14 @@ def test_a_track_ends_in_the_last_frame_of_its_task_that_shows_it(read_file: Rea
     assert tracks_of(found)["cvat-0"].frames.tolist() == [10]
     assert tracks_of(found)["cvat-1"].frames.tolist() == [10, 11, 12, 13, 14, 15]
     assert "its task has one of 5 frames of the video" in found.repaired[0]
+
+
+def test_boxes_between_rotated_key_frames_have_their_own_angle(read_file: Read) -> None:
+    """CVAT interpolates box and angle and writes both in each row (``simple_interpolation`` in ``annotation.py``)."""
+    row = '<box frame="{}" keyframe="{}" outside="{}" xtl="100" ytl="100" xbr="140" ybr="120" rotation="{}"/>'
+    rows = [(10, 1, 0, "0.00"), (11, 0, 0, "45.00"), (12, 1, 0, "90.00"), (13, 1, 1, "90.00")]
+    track = tracks_of(read_file(one_track(*(row.format(*values) for values in rows))))["cvat-0"]
+    half = 30 / 2**0.5
+    middle = [120 - half, 110 - half, 120 + half, 110 + half]
+    assert np.allclose(track.boxes, [[100, 100, 140, 120], middle, [110, 90, 130, 130]])
+    assert track.key.tolist() == [True, False, True]

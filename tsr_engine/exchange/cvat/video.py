@@ -185,6 +185,8 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
     last_frame = -1
     # FiftyOne marks key frames only for labels that know them. Its other boxes are all stated.
     has_keyframe_flags = any("keyframe" in child.attrib for child, _ in rows)
+    # Between key frames CVAT moves the box and its angle evenly, so the upright boxes do not lie on straight lines.
+    is_rotated = any(child.attrib.get("rotation") for child, _ in rows)
     for k, (child, values) in enumerate(rows):
         is_key = read_flag(child, "keyframe", file, str(int(not has_keyframe_flags)))
         outside = read_flag(child, "outside", file, "0")
@@ -195,7 +197,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             # CVAT moves a box towards the key frame at which it ends, or which lies after the end of a job. That key
             # frame is hidden or not in the file, so the last visible row states the movement.
             goes_on = k + 1 < len(rows) and not read_flag(rows[k + 1][0], "outside", file, "0")
-            if outside or goes_on:
+            if outside or (goes_on and not is_rotated):
                 continue
         if outside:
             # Nobody has seen the frames between the last one with the sign and the next one of the task.
