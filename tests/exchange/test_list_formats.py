@@ -238,6 +238,26 @@ def test_yolo_with_six_ambiguous_numbers_is_refused(tmp_path: Path) -> None:
     assert_refused(tmp_path, "yolo", "labels/train/frame_000003.txt", *words)
 
 
+@pytest.mark.parametrize(
+    ("shape", "points"),
+    [
+        ("[4, 2]", "0.1 0.1 0.9 0.1 0.9 0.9 0.1 0.9"),
+        ("[4, 3]", "0 0 0 0.9 0.1 1 0.9 0.9 2 0.1 0.9 1"),
+        ("[1, 2]", "0 1"),
+    ],
+)
+def test_keypoints_of_yolo_are_not_corners(tmp_path: Path, shape: str, points: str) -> None:
+    """Pose data sets of Ultralytics and CVAT have keypoints after the box (docs.ultralytics.com, datasets/pose)."""
+    path = yolo_folder(tmp_path, f"0 0.5 0.5 0.1 0.1 {points}\n")
+    (path / "data.yaml").write_text(f"kpt_shape: {shape}\nnames: [stop]\n")
+    back = read_onto_drive(path, "yolo")
+    (track,) = tracks_of(back).values()
+    assert np.allclose(track.boxes, [[288, 162, 352, 198]])
+    assert any("Keypoints were left out; their boxes were taken: 1" in sentence for sentence in back.repaired)
+    (path / "data.yaml").write_text("names: [stop]\nkpt_shape: 4\n")
+    assert_refused(path, "yolo", "data.yaml, line 2", "kpt_shape must be the number of points and 2 or 3")
+
+
 def test_yolo_in_another_encoding(tmp_path: Path) -> None:
     path = yolo_folder(tmp_path, "0 0.5 0.5 0.1 0.1\n")
     (path / "data.yaml").write_bytes("names: [Überholverbot]\n".encode("latin-1"))

@@ -1,14 +1,15 @@
 """Converts rows of YOLO label files to boxes by the number of values after the class.
 
 Four numbers are a box, five a box with a sixth column, more than six a polygon. Six are a triangle or a box with
-confidence and track id; this is decided once for all files, since annotations do not mix the two.
+confidence and track id; this is decided once for all files, since annotations do not mix the two. In a data set with
+keypoints the numbers after the box are those.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import repeat
 from math import inf
 
@@ -59,14 +60,28 @@ class YoloRow(YoloLine):
     extra_values: tuple[float, ...]
 
 
-def rows_to_boxes(lines: Sequence[YoloLine], validator: ImportValidator) -> list[YoloRow]:
+def rows_to_boxes(lines: Sequence[YoloLine], keypoint_count: int, validator: ImportValidator) -> list[YoloRow]:
     """Return the boxes of all rows in order; report the meaning of rows of six numbers.
+
+    Args:
+        lines: rows of all files.
+        keypoint_count: how many numbers keypoints have after the box; 0: there are none.
+        validator: takes the reports.
 
     Raises:
         ImportFormatError: a row is neither box nor polygon, or rows of six numbers have no common meaning.
     """
+    if keypoint_count:
+        lines = [_without_keypoints(line, keypoint_count, validator) for line in lines]
     triangles = _are_triangles(lines, validator)
     return [_row(line, triangles, validator) for line in lines]
+
+
+def _without_keypoints(line: YoloLine, count: int, validator: ImportValidator) -> YoloLine:
+    if len(line.values) != 4 + count:
+        return line
+    validator.count("Keypoints were left out; their boxes were taken", line.file, line.line)
+    return replace(line, values=line.values[:4])
 
 
 def _are_triangles(lines: Sequence[YoloLine], validator: ImportValidator) -> bool:
