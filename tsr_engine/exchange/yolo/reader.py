@@ -97,6 +97,12 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     files = label_files(path, target.store)
     if not files and not (path / SIDECAR).is_file():
         raise rule_error(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
+    if [name.rpartition("/")[2] for name in files] == ["image0.txt"]:
+        rule = (
+            "Ultralytics writes all pictures that a program passes one by one into this file, without their frames. "
+            "Run it on the video file, or call the file of a single picture frame_000000.txt, with its frame."
+        )
+        raise rule_error(files[0], None, rule)
     names, names_file = _class_names(path, files)
     if names is not None and _are_benchmark_numbers(names):
         names = dict(enumerate(benchmark_keys()))
