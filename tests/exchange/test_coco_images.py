@@ -196,3 +196,12 @@ def test_hashes_of_videos_win_over_names(tmp_path: Path) -> None:
         ImportFormatError, match=r"has pictures of 'drive\.mp4 \(bbbbbbbb\)' \(1\), 'drive\.mp4 \(cccccccc\)'"
     ):
         _read(tmp_path, coco_file(images[1:]))
+
+
+def test_regions_to_ignore(tmp_path: Path) -> None:
+    """MMDetection leaves out boxes with ``ignore``, a key of the files of Pascal VOC on cocodataset.org."""
+    images = [{"file_name": f"frame_{frame:06d}.jpg"} for frame in (10, 20, 30, 40)]
+    notes = [{"iscrowd": 1}, {"iscrowd": 0, "ignore": 1}, {"ignore": 0}, {"attributes": {"ignore": True}}]
+    back = _read(tmp_path, coco_file(images, notes))
+    ignored = {int(t.frames[0]): t.ignore is not None and bool(t.ignore.all()) for t in tracks_of(back).values()}
+    assert ignored == {10: True, 20: True, 30: False, 40: True}

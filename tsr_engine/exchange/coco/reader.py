@@ -99,7 +99,8 @@ class _Annotations:
             "line": where,
             "key": attributes.get("keyframe", True) in _TRUE_VALUES,
             "occluded": attributes.get("occluded", False) in _TRUE_VALUES,
-            "ignore": annotation.get("iscrowd", 0) in _TRUE_VALUES or attributes.get("ignore", False) in _TRUE_VALUES,
+            "ignore": annotation.get("iscrowd", 0) in _TRUE_VALUES
+            or any(holder.get("ignore", False) in _TRUE_VALUES for holder in (annotation, attributes)),
             "score": math.nan if score is None else real_of(score, "score", self._name, where),
             "attributes": parse_attributes(label_values(attributes, BOX_NAMES), self._name, where),
         }
