@@ -205,3 +205,12 @@ def test_regions_to_ignore(tmp_path: Path) -> None:
     back = _read(tmp_path, coco_file(images, notes))
     ignored = {int(t.frames[0]): t.ignore is not None and bool(t.ignore.all()) for t in tracks_of(back).values()}
     assert ignored == {10: True, 20: True, 30: False, 40: True}
+
+
+def test_relative_boxes_are_refused(tmp_path: Path) -> None:
+    """Azure Machine Learning exports COCO in parts of the picture (Azure/MachineLearningNotebooks#1865)."""
+    images = [{"file_name": "frame_000010.jpg"}]
+    with pytest.raises(ImportFormatError, match=r"annotation 1: the box lies within one pixel, so its edges are rel"):
+        _read(tmp_path, coco_file(images, [{"bbox": [0.25, 0.5, 0.1, 0.2]}]))
+    ours = {"bbox": [0.25, 0.5, 0.1, 0.2], "attributes": {"uid": "m1", "track_id": 1}}
+    assert list(tracks_of(_read(tmp_path, coco_file(images, [ours])))) == ["m1"]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from tsr_engine.exchange.attributes import BOX_NAMES, label_values, parse_attributes, track_facts
-from tsr_engine.exchange.box_rules import Edges, scaled
+from tsr_engine.exchange.box_rules import Edges, check_pixels, scaled
 from tsr_engine.exchange.coco.images import CocoHead, find_image_frames, missing_list_error, read_head
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.file_listing import list_json_files
@@ -104,9 +104,7 @@ class _Annotations:
             "score": math.nan if score is None else real_of(score, "score", self._name, where),
             "attributes": parse_attributes(label_values(attributes, BOX_NAMES), self._name, where),
         }
-        edges = self._validator.boxes.edges(
-            lambda: self._edges(annotation["bbox"], attributes.get("rotation"), image.scale, where)
-        )
+        edges = self._validator.boxes.edges(lambda: self._edges(annotation["bbox"], attributes, image.scale, where))
         number = self._validator.label(label, self._name, where)
         uid = str(attributes.get("uid", "")) or self._track(annotation, attributes, where)
         if not uid:
@@ -117,9 +115,11 @@ class _Annotations:
             return
         self._validator.box(uid, image.frame, edges, number, facts=track_facts(attributes), **box_fields)
 
-    def _edges(self, box: object, rotation: object, scale: tuple[float, float], where: str) -> Edges:
+    def _edges(self, box: object, attributes: JsonObject, scale: tuple[float, float], where: str) -> Edges:
         """Edges in px of the video; a rotated box is replaced by the upright box around it."""
-        edges = _edges(box, self._name, where)
+        edges, rotation = _edges(box, self._name, where), attributes.get("rotation")
+        if not attributes.get("uid"):
+            check_pixels(edges, self._name, where)
         if rotation:
             degrees = real_of(rotation, "rotation", self._name, where, in_text=True)
             edges = bounding_box(edges, degrees, self._validator, self._name, where)
