@@ -11,6 +11,7 @@ import pytest
 from tests.exchange.image_datasets import (
     IMAGE_FORMATS,
     assert_refused,
+    coco_file,
     import_report,
     picture_by_frame,
     read_onto_drive,
@@ -58,6 +59,17 @@ def test_a_picture_listed_by_several_coco_files(tmp_path: Path) -> None:
         (tmp_path / "in").mkdir(exist_ok=True)
         (made / "instances.json").rename(tmp_path / "in" / f"{name}.json")
     assert "1 picture is listed by several files" in import_report(read_onto_drive(tmp_path / "in"))
+
+
+def test_a_track_id_in_several_coco_files_is_reported(tmp_path: Path) -> None:
+    """Each task of CVAT numbers its tracks from 0, and each subset of a project has a file (``_export_track``)."""
+    attributes = {"track_id": 0, "keyframe": True}
+    for subset, frame in (("train", 10), ("val", 50)):
+        content = coco_file([{"file_name": f"frame_{frame:06d}.png"}], [{"attributes": attributes}])
+        write_text(tmp_path, f"annotations/instances_{subset}.json", json.dumps(content))
+    back = read_onto_drive(tmp_path)
+    assert [track.frames.tolist() for track in back.videos[0].tracks()] == [[10, 50]]
+    assert "Boxes became part of a track of an earlier file, which has the same track id: 1" in import_report(back)
 
 
 @pytest.mark.parametrize(

@@ -42,9 +42,10 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
     heads = {file: read_head(file, _display_name(file, folder)) for file in files}
     known = [head for head in heads.values() if head is not None]
     find_image_frames(known, validator, folder)
+    file_of_track: dict[str, str] = {}
     for file, head in heads.items():
         if head is not None:
-            _Annotations(file, head, validator, loose).read()
+            _Annotations(file, head, validator, loose, file_of_track).read()
     for file, head in heads.items():
         if head is None:
             _Results(file, known, validator, loose, folder).read()
@@ -60,12 +61,21 @@ def _display_name(file: Path, folder: Path) -> str:
 class _Annotations:
     """The annotations of a file whose head has been read."""
 
-    def __init__(self, path: Path, head: CocoHead, validator: ImportValidator, loose: UntrackedBoxes) -> None:
+    def __init__(
+        self,
+        path: Path,
+        head: CocoHead,
+        validator: ImportValidator,
+        loose: UntrackedBoxes,
+        file_of_track: dict[str, str],
+    ) -> None:
+        """Take the head; ``file_of_track`` holds the first file of each track id, for all files."""
         self._path = path
         self._name = head.file
         self._head = head
         self._validator = validator
         self._loose = loose
+        self._file_of_track = file_of_track
         self._seen: set[int | str] = set()
 
     def read(self) -> None:
@@ -129,8 +139,13 @@ class _Annotations:
         """Name of an annotation's track, by CVAT's or CocoVID's id; empty: it has none."""
         for name, holder in (("track_id", attributes), ("track_id", annotation), ("instance_id", annotation)):
             found = track_of(holder.get(name), name, self._name, where)
-            if found is not None:
-                return f"track{found}"
+            if found is None:
+                continue
+            uid = f"track{found}"
+            if self._file_of_track.setdefault(uid, self._name) != self._name:
+                what = "Boxes became part of a track of an earlier file, which has the same track id"
+                self._validator.count(what, self._name, where)
+            return uid
         return ""
 
 
