@@ -83,9 +83,18 @@ def _listed(file: Path, several_files: bool) -> Iterator[ListedPicture]:
         path = str(image.get("path", "")) if isinstance(image, dict) else ""
         name = str(item.get("id") or path)
         stated_frame = attr.get("frame") if isinstance(attr, dict) else None
+        media = item.get("video_frame")
+        media = media if isinstance(media, dict) else {}
+        if stated_frame is None:
+            stated_frame = media.get("frame_index")
         frame = None if stated_frame is None else whole_of(stated_frame, "frame", file.name, where)
         yield ListedPicture(
-            f"{file.stem}/{name}" if several_files else name, file.name, where, fallback_name=path, frame=frame
+            f"{file.stem}/{name}" if several_files else name,
+            file.name,
+            where,
+            fallback_name=path,
+            frame=frame,
+            video=str(media.get("video_path") or "").replace("\\", "/").rpartition("/")[2],
         )
     if not found:
         raise rule_error(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
@@ -106,6 +115,7 @@ def _drop_positions(listed: list[ListedPicture], validator: ImportValidator) -> 
         # of a longer video, from which this one was cut, have numbers beyond its end.
         if (
             len(stated) == len(sequence)
+            and not any(each.video for each, _ in sequence)
             and len({name.pattern for _, name in sequence}) == 1
             and set(gaps) not in ({0}, {1})
             and all(a <= b for a, b in pairwise([0, *gaps]))
