@@ -175,6 +175,18 @@ def test_frames_of_videos_are_those_of_the_media(tmp_path: Path) -> None:
     assert "'other.mp4' (1)" in found.skipped[0].reason
 
 
+@pytest.mark.parametrize("name", ["is_crowd", "ignored", "difficult"])
+def test_regions_to_ignore_of_other_formats(tmp_path: Path, name: str) -> None:
+    """Datumaro's readers of COCO, MOT and Pascal VOC keep such marks as these attributes."""
+    for value in (True, False):
+        found = _read(tmp_path, with_value(SAMPLE, f"{BOX}/attributes", {"track_id": 7, name: value}))
+        ignore = tracks_of(found)["datumaro-7"].ignore
+        assert (ignore is not None and bool(ignore.all())) == value
+        assert found.skipped == ()
+    ours = _read(tmp_path, with_value(SAMPLE, f"{BOX}/attributes", {"uid": "m1", name: True}))
+    assert tracks_of(ours)["m1"].ignore is None
+
+
 def test_other_annotations_are_skipped(tmp_path: Path) -> None:
     found = _read(tmp_path, with_value(SAMPLE, f"{BOX}/type", "polygon"))
     assert not tracks_of(found)

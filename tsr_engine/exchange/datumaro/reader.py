@@ -26,6 +26,8 @@ from tsr_engine.json_shapes import JsonObject
 
 _CATEGORIES = re.compile(rb'"categories"\s*:\s*\{')
 """Older versions, and CVAT's, do not name the format; categories are an object in no other format."""
+_IGNORED_IN = frozenset({"is_crowd", "ignored", "difficult"})
+"""Attributes by which Datumaro marks regions to ignore from COCO, MOT and Pascal VOC."""
 _POSITIONS_REPORT = "attr.frame is only the position in a list, so pictures got the frame of their names"
 
 
@@ -175,6 +177,8 @@ def _annotation(
         # Datumaro keeps CVAT's end marks as boxes.
         validator.hide_from(uid, frame)
         return True
+    # In our own files these are attributes of labels.
+    marks = frozenset() if attributes.get("uid") else _IGNORED_IN
     # CVAT writes attributes of the kind text as texts, also an empty default.
     score = None if attributes.get("score") == "" else attributes.get("score")
     validator.box(
@@ -188,9 +192,9 @@ def _annotation(
         line=where,
         key=attributes.get("keyframe", True) not in (False, "false", "False"),
         occluded=attributes.get("occluded") in (True, "true", "True"),
-        ignore=attributes.get("ignore") in (True, "true", "True"),
+        ignore=any(attributes.get(name) in (True, "true", "True") for name in ("ignore", *marks)),
         score=math.nan if score is None else real_of(score, "score", file, where, in_text=True),
-        attributes=parse_attributes(label_values(attributes, BOX_NAMES), file, where),
+        attributes=parse_attributes(label_values(attributes, BOX_NAMES | marks), file, where),
         facts=track_facts(attributes),
     )
     return True
