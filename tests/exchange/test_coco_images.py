@@ -55,6 +55,14 @@ def test_the_list_of_videos_identifies_the_own_video(tmp_path: Path, last: bool)
     assert any("names 'other'" in sentence for sentence in other.repaired)
 
 
+@pytest.mark.parametrize("name", ["annotation_fps", "fps"])
+def test_another_frame_rate_is_reported(tmp_path: Path, name: str) -> None:
+    """VIAME and DIVE state the rate at which they looked at the video (Kitware/dive#1865)."""
+    for rate, reports in ((5, 1), (25.0, 0), (0, 0), ("fast", 0)):
+        back = _read(tmp_path, coco_file(_images(10, 11), videos=[{**VIDEOS[0], name: rate}]))
+        assert sum("says 5 frames/s, drive.mp4 has 25" in sentence for sentence in back.repaired) == reports
+
+
 def test_only_other_videos_are_refused(tmp_path: Path) -> None:
     images = [{"file_name": f"{n}.jpg", "video_id": n, "frame_id": 3} for n in (1, 2)]
     videos = [{"id": 1, "name": "a"}, {"id": 2, "name": "b"}]
