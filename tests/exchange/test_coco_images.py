@@ -222,3 +222,16 @@ def test_relative_boxes_are_refused(tmp_path: Path) -> None:
         _read(tmp_path, coco_file(images, [{"bbox": [0.25, 0.5, 0.1, 0.2]}]))
     ours = {"bbox": [0.25, 0.5, 0.1, 0.2], "attributes": {"uid": "m1", "track_id": 1}}
     assert list(tracks_of(_read(tmp_path, coco_file(images, [ours])))) == ["m1"]
+
+
+def test_results_keep_their_track_ids(tmp_path: Path) -> None:
+    """Results for TAO have ``track_id`` and ``video_id`` (TAO-Dataset/tao, docs/evaluation)."""
+    box = {"category_id": 1, "bbox": [10, 20, 30, 30], "score": 0.5, "video_id": 1}
+    results = [{**box, "image_id": image, "track_id": track} for image, track in ((1, 7), (2, 8), (3, 7), (4, None))]
+    found = _read(tmp_path, results)
+    assert {name: track.frames.tolist() for name, track in tracks_of(found).items()} == {
+        "track7": [0, 2],
+        "track8": [1],
+        "box1": [3],
+    }
+    assert any("1 box has no track id" in sentence for sentence in found.repaired)

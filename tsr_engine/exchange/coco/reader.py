@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -216,8 +217,10 @@ class _Results:
             label = self._validator.label(
                 _look_up(self._names, category, "category", self._name, where), self._name, where
             )
-        score = result.get("score")
-        self._loose.add(
+        score, track = result.get("score"), track_of(result.get("track_id"), "track_id", self._name, where)
+        # Boxes without a track id are linked when all are known.
+        add_box = self._loose.add if track is None else partial(self._validator.box, f"track{track}")
+        add_box(
             frame,
             self._validator.boxes.edges(lambda: scaled(_edges(result.get("bbox"), self._name, where), scale)),
             label,
