@@ -97,6 +97,11 @@ def test_a_supercategory_among_the_categories_is_left_out(tmp_path: Path) -> Non
     assert found.reported[0] == "file: 'signs' is the supercategory of others; it was left out."
 
 
+def test_label_studio_gets_the_frame_rate_of_the_task(tmp_path: Path) -> None:
+    """``<Video>`` without ``framerate`` counts 24 frames a second (labelstud.io/tags/video)."""
+    assert '<Video name="video" value="$video" framerate="$fps"/>' in write_labels(CUSTOM_SET, "label-studio")
+
+
 def test_label_studio_keeps_aliases_digits_colours_and_attributes(tmp_path: Path) -> None:
     labels = LabelSet(key="a", name="a", next_id=20, labels=STRANGE[:2])
     found = written_and_read(tmp_path, labels, "label-studio").labels
