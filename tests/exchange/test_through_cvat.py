@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.exchange.small_datasets import make_dataset, make_track, target_of, tracks_of
+from tests.exchange.small_datasets import CLASS_NAMES, make_dataset, make_track, target_of, tracks_of
 from tsr_engine.exchange.dataset import Dataset, Track
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.load import read_dataset
@@ -60,6 +60,18 @@ def test_a_value_that_ends_does_not_hold_for_the_rest_of_the_track(tmp_path: Pat
     assert back.ignore is not None
     assert back.ignore.tolist() == ignore.tolist()
     assert np.isnan(back.score[12:]).all()
+
+
+def test_another_label_in_cvat_holds_where_the_frame_has_none_of_its_own(tmp_path: Path) -> None:
+    """Up to 2.67 CVAT keeps the values of attributes when a person changes the label (cvat-ai/cvat#11177)."""
+    labels = np.full(30, 14)
+    labels[5:9] = 1
+    through_cvat(tmp_path, make_track(labels=labels))
+    path = tmp_path / "cvat.xml"
+    path.write_text(path.read_text().replace(f'label="{CLASS_NAMES[14]}"', f'label="{CLASS_NAMES[13]}"'))
+    back = tracks_of(read_dataset(path, target_of(make_dataset())))["m1"]
+    assert back.labels is not None
+    assert back.labels.tolist() == np.where(labels == 14, 13, labels).tolist()
 
 
 def test_a_track_that_ends_keeps_its_state_source_and_notes(tmp_path: Path) -> None:

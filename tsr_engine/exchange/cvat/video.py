@@ -56,6 +56,8 @@ from tsr_engine.plural import plural
 
 _DECIMALS = 2
 _ROUNDING = 0.5 * 10**-_DECIMALS
+_ENDED = '<attribute name="{}"></attribute>'
+"""Attribute of a key frame at which a value of the key frame before ends."""
 
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
@@ -130,11 +132,14 @@ def _write_track(
             if value == value:
                 frame_attributes += f'<attribute name="score">{value:.6g}</attribute>'
             elif has_scores and is_key:
-                frame_attributes += '<attribute name="score"></attribute>'
+                frame_attributes += _ENDED.format("score")
             if labels.ignore and track.ignore is not None and (is_key or track.ignore[k]):
                 frame_attributes += attribute_line("ignore", "true" if track.ignore[k] else "false")
-            if labels.changes and track.labels is not None and (is_key or track.labels[k] != track.label):
+            if track.labels is not None and track.labels[k] != track.label:
                 frame_attributes += attribute_line("frame_label", labels.name(int(track.labels[k])))
+            elif labels.changes and track.labels is not None and is_key:
+                # Empty, so that another label of the track in CVAT holds here too.
+                frame_attributes += _ENDED.format("frame_label")
             lines.append(
                 f'  <box frame="{frame}" keyframe="{is_key:d}" outside="0" occluded="{occluded[k]:d}" xtl="{x1:.2f}" '
                 f'ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">'
