@@ -104,6 +104,25 @@ def test_voc_with_another_frame_inside_is_reported(tmp_path: Path) -> None:
     )
 
 
+def test_tracks_of_imagenet_vid(tmp_path: Path) -> None:
+    """Objects of ImageNet VID (ILSVRC 2015) have ``<trackid>``, and corners in another order."""
+    corners = "<bndbox><xmax>{}</xmax><xmin>10</xmin><ymax>40</ymax><ymin>20.5</ymin></bndbox>"
+    for frame, tracks in ((10, (0, 1)), (50, (1,))):
+        objects = "".join(
+            f"<object><trackid>{track}</trackid><name>stop</name>{corners.format(30 + track)}"
+            "<occluded>0</occluded><generated>0</generated></object>"
+            for track in tracks
+        )
+        xml = f"<annotation><folder>drive</folder><filename>{frame:06d}</filename>{objects}</annotation>"
+        write_text(tmp_path, f"{frame:06d}.xml", xml)
+    back = read_onto_drive(tmp_path, "voc", first_frame="0")
+    assert {track.uid: track.frames.tolist() for track in back.videos[0].tracks()} == {
+        "track0": [10],
+        "track1": [10, 50],
+    }
+    assert "no track id" not in import_report(back)
+
+
 @pytest.mark.parametrize(
     "element", ["<folder>{}</folder>", "<folder/><path>/data/{}/x.jpg</path>", "<path>D:\\{}\\x.jpg</path>"]
 )
