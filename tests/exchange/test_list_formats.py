@@ -200,6 +200,16 @@ def test_yolo_clips_boxes_and_reads_polygons(tmp_path: Path) -> None:
     assert any("Polygons" in sentence for sentence in back.repaired)
 
 
+def test_a_repeated_box_without_a_track_is_taken_once(tmp_path: Path) -> None:
+    """Ultralytics also removes duplicate labels of a picture (ultralytics/yolov5#5210)."""
+    for frame in (10, 11):
+        yolo_folder(tmp_path, "0 0.5 0.5 0.1 0.1\n1 0.5 0.5 0.1 0.1\n0 0.5 0.5 0.1 0.1\n", frame=frame)
+    back = read_onto_drive(tmp_path, "yolo")
+    found = [(track.label, track.frames.tolist()) for track in tracks_of(back).values()]
+    assert sorted(found) == [(13, [10, 11]), (14, [10, 11])]
+    assert any("Repeated boxes were taken once: 2" in sentence for sentence in back.repaired)
+
+
 def test_yolo_in_another_encoding(tmp_path: Path) -> None:
     path = yolo_folder(tmp_path, "0 0.5 0.5 0.1 0.1\n")
     (path / "data.yaml").write_bytes("names: [Überholverbot]\n".encode("latin-1"))
