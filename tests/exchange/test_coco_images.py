@@ -55,6 +55,14 @@ def test_the_list_of_videos_identifies_the_own_video(tmp_path: Path, last: bool)
     assert any("names 'other'" in sentence for sentence in other.repaired)
 
 
+@pytest.mark.parametrize("name", ["annotation_fps", "fps"])
+def test_another_frame_rate_is_reported(tmp_path: Path, name: str) -> None:
+    """VIAME and DIVE state the rate at which they looked at the video (Kitware/dive#1865)."""
+    for rate, reports in ((5, 1), (25.0, 0), (0, 0), ("fast", 0)):
+        back = _read(tmp_path, coco_file(_images(10, 11), videos=[{**VIDEOS[0], name: rate}]))
+        assert sum("says 5 frames/s, drive.mp4 has 25" in sentence for sentence in back.repaired) == reports
+
+
 def test_only_other_videos_are_refused(tmp_path: Path) -> None:
     images = [{"file_name": f"{n}.jpg", "video_id": n, "frame_id": 3} for n in (1, 2)]
     videos = [{"id": 1, "name": "a"}, {"id": 2, "name": "b"}]
@@ -196,3 +204,34 @@ def test_hashes_of_videos_win_over_names(tmp_path: Path) -> None:
         ImportFormatError, match=r"has pictures of 'drive\.mp4 \(bbbbbbbb\)' \(1\), 'drive\.mp4 \(cccccccc\)'"
     ):
         _read(tmp_path, coco_file(images[1:]))
+
+
+def test_regions_to_ignore(tmp_path: Path) -> None:
+    """MMDetection leaves out boxes with ``ignore``, a key of the files of Pascal VOC on cocodataset.org."""
+    images = [{"file_name": f"frame_{frame:06d}.jpg"} for frame in (10, 20, 30, 40)]
+    notes = [{"iscrowd": 1}, {"iscrowd": 0, "ignore": 1}, {"ignore": 0}, {"attributes": {"ignore": True}}]
+    back = _read(tmp_path, coco_file(images, notes))
+    ignored = {int(t.frames[0]): t.ignore is not None and bool(t.ignore.all()) for t in tracks_of(back).values()}
+    assert ignored == {10: True, 20: True, 30: False, 40: True}
+
+
+def test_relative_boxes_are_refused(tmp_path: Path) -> None:
+    """Azure Machine Learning exports COCO in parts of the picture (Azure/MachineLearningNotebooks#1865)."""
+    images = [{"file_name": "frame_000010.jpg"}]
+    with pytest.raises(ImportFormatError, match=r"annotation 1: the box lies within one pixel, so its edges are rel"):
+        _read(tmp_path, coco_file(images, [{"bbox": [0.25, 0.5, 0.1, 0.2]}]))
+    ours = {"bbox": [0.25, 0.5, 0.1, 0.2], "attributes": {"uid": "m1", "track_id": 1}}
+    assert list(tracks_of(_read(tmp_path, coco_file(images, [ours])))) == ["m1"]
+
+
+def test_results_keep_their_track_ids(tmp_path: Path) -> None:
+    """Results for TAO have ``track_id`` and ``video_id`` (TAO-Dataset/tao, docs/evaluation)."""
+    box = {"category_id": 1, "bbox": [10, 20, 30, 30], "score": 0.5, "video_id": 1}
+    results = [{**box, "image_id": image, "track_id": track} for image, track in ((1, 7), (2, 8), (3, 7), (4, None))]
+    found = _read(tmp_path, results)
+    assert {name: track.frames.tolist() for name, track in tracks_of(found).items()} == {
+        "track7": [0, 2],
+        "track8": [1],
+        "box1": [3],
+    }
+    assert any("1 box has no track id" in sentence for sentence in found.repaired)

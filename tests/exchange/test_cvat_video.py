@@ -295,7 +295,29 @@ def test_a_folder_of_fiftyone_has_a_file_for_each_video(tmp_path: Path) -> None:
 
 def test_the_end_may_be_one_step_after_the_video(read_file: Read) -> None:
     meta = "<meta><task><name>drive</name><frame_filter>step=5</frame_filter></task></meta>"
-    track = cvat_track(BOX.format(90, 1, 0, 20), BOX.format(95, 0, 0, 20), BOX.format(103, 1, 1, 20))
-    assert tracks_of(read_file(cvat_file(meta, track)))["cvat-0"].frames.tolist() == list(range(90, 100))
+    track = cvat_track(BOX.format(93, 1, 0, 20), BOX.format(98, 0, 0, 20), BOX.format(103, 1, 1, 20))
+    assert tracks_of(read_file(cvat_file(meta, track)))["cvat-0"].frames.tolist() == list(range(93, 99))
     with pytest.raises(ImportFormatError, match="line 5: frame 103"):
         read_file(cvat_file(track))
+
+
+def test_a_track_ends_in_the_last_frame_of_its_task_that_shows_it(read_file: Read) -> None:
+    """CVAT 2 ends a single shape, and a track, one ``frame_filter`` step later (``dump_as_cvat_interpolation``)."""
+    meta = "<meta><task><name>drive</name><frame_filter>step=5</frame_filter></task></meta>"
+    shape = cvat_track(BOX.format(10, 1, 0, 20), BOX.format(15, 1, 1, 20))
+    track = cvat_track(BOX.format(10, 1, 0, 20), BOX.format(15, 0, 0, 25), BOX.format(20, 1, 1, 30), id=1)
+    found = read_file(cvat_file(meta, shape, track))
+    assert tracks_of(found)["cvat-0"].frames.tolist() == [10]
+    assert tracks_of(found)["cvat-1"].frames.tolist() == [10, 11, 12, 13, 14, 15]
+    assert "its task has one of 5 frames of the video" in found.repaired[0]
+
+
+def test_boxes_between_rotated_key_frames_have_their_own_angle(read_file: Read) -> None:
+    """CVAT interpolates box and angle and writes both in each row (``simple_interpolation`` in ``annotation.py``)."""
+    row = '<box frame="{}" keyframe="{}" outside="{}" xtl="100" ytl="100" xbr="140" ybr="120" rotation="{}"/>'
+    rows = [(10, 1, 0, "0.00"), (11, 0, 0, "45.00"), (12, 1, 0, "90.00"), (13, 1, 1, "90.00")]
+    track = tracks_of(read_file(one_track(*(row.format(*values) for values in rows))))["cvat-0"]
+    half = 30 / 2**0.5
+    middle = [120 - half, 110 - half, 120 + half, 110 + half]
+    assert np.allclose(track.boxes, [[100, 100, 140, 120], middle, [110, 90, 130, 130]])
+    assert track.key.tolist() == [True, False, True]

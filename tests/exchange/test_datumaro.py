@@ -161,6 +161,32 @@ def test_end_marks_are_not_boxes(tmp_path: Path) -> None:
     assert tracks_of(sparse)["datumaro-7"].frames.tolist() == [10, 11, 12, 13, 14]
 
 
+def test_frames_of_videos_are_those_of_the_media(tmp_path: Path) -> None:
+    """Datumaro 1 writes ``video_frame`` in place of ``image`` for its format ``video_frames``."""
+    content = copy.deepcopy(SAMPLE)
+    (item,) = content["items"]
+    del item["attr"], item["image"]
+    content["items"] = [
+        {**item, "id": name, "video_frame": {"video_path": f"/data/{video}.mp4", "frame_index": frame}}
+        for name, video, frame in (("000000", "drive", 30), ("000001", "drive", 60), ("000002", "other", 61))
+    ]
+    found = _read(tmp_path, content)
+    assert tracks_of(found)["datumaro-7"].frames.tolist() == [30, 60]
+    assert "'other.mp4' (1)" in found.skipped[0].reason
+
+
+@pytest.mark.parametrize("name", ["is_crowd", "ignored", "difficult"])
+def test_regions_to_ignore_of_other_formats(tmp_path: Path, name: str) -> None:
+    """Datumaro's readers of COCO, MOT and Pascal VOC keep such marks as these attributes."""
+    for value in (True, False):
+        found = _read(tmp_path, with_value(SAMPLE, f"{BOX}/attributes", {"track_id": 7, name: value}))
+        ignore = tracks_of(found)["datumaro-7"].ignore
+        assert (ignore is not None and bool(ignore.all())) == value
+        assert found.skipped == ()
+    ours = _read(tmp_path, with_value(SAMPLE, f"{BOX}/attributes", {"uid": "m1", name: True}))
+    assert tracks_of(ours)["m1"].ignore is None
+
+
 def test_other_annotations_are_skipped(tmp_path: Path) -> None:
     found = _read(tmp_path, with_value(SAMPLE, f"{BOX}/type", "polygon"))
     assert not tracks_of(found)

@@ -16,6 +16,7 @@ from tests.exchange.image_datasets import (
     picture_by_frame,
     read_onto_drive,
     write_dataset,
+    write_text,
 )
 from tests.exchange.small_datasets import GTSRB, make_dataset, make_track, make_video, target_of
 from tsr_engine.errors import ImportFormatError, UsageError
@@ -130,6 +131,15 @@ def test_ultralytics_writes_labels_of_a_video_from_1(tmp_path: Path) -> None:
         assert "counted from 1: Ultralytics' save_txt" in import_report(back)
     (tmp_path / "begin" / "labels" / "drive_0.txt").write_text("14 0.2 0.2 0.1 0.1 1\n")
     assert "counted from 0: 0 is among them" in import_report(read_onto_drive(tmp_path / "begin"))
+
+
+def test_the_file_of_a_loop_over_frames_is_refused(tmp_path: Path) -> None:
+    """``model.track(frame, save_txt=True)`` appends each frame to ``labels/image0.txt`` (ultralytics#22256)."""
+    rows = "".join(f"0 0.{k} 0.5 0.1 0.1\n" for k in range(1, 9))
+    write_text(tmp_path, "labels/image0.txt", rows)
+    assert_refused(tmp_path, "yolo", "labels/image0.txt", "without their frames", "Run it on the video file")
+    write_text(tmp_path, "labels/image1.txt", rows)
+    assert read_onto_drive(tmp_path, "yolo").videos
 
 
 def test_folders_img1_count_from_1(tmp_path: Path) -> None:

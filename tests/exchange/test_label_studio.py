@@ -250,7 +250,7 @@ def test_rotated_boxes_become_upright(tmp_path: Path) -> None:
     found = read_tasks(tmp_path, content)
     # Clockwise about its upper left corner: 32 x 36 px become 36 px to the left and 32 px down.
     assert np.allclose(tracks_of(found)["7f3a"].boxes[0], [64 - 36, 72, 64, 72 + 32])
-    assert found.repaired[0].startswith("Rotated boxes were replaced by the upright boxes around them: 1")
+    assert found.repaired[0].startswith("Rotated boxes were replaced by the upright boxes around them: 30;")
 
 
 @pytest.mark.parametrize(
@@ -287,3 +287,14 @@ def test_regions_of_one_name_stay_separate(tmp_path: Path) -> None:
     found = read_tasks(tmp_path, content)
     assert list(tracks_of(found)) == ["7f3a", "7f3a-2"]
     assert "7f3a is now 7f3a-2" in found.repaired[0]
+
+
+def test_boxes_between_rotated_key_frames_have_their_own_angle(tmp_path: Path) -> None:
+    """Label Studio interpolates the corner and, the shorter way, the angle (``interpolateProp``)."""
+    content = with_value(SAMPLE, f"{REGION}/value/sequence/0/rotation", 350)
+    content = with_value(content, f"{REGION}/value/sequence/1/rotation", 80)
+    track = tracks_of(read_tasks(tmp_path, content))["7f3a"]
+    # In the middle the box of 32 x 36 px is turned by 35 degrees about its corner at (160, 72).
+    cos, sin = np.cos(np.radians(35)), np.sin(np.radians(35))
+    assert np.allclose(track.boxes[15], [160 - 36 * sin, 72, 160 + 32 * cos, 72 + 32 * sin + 36 * cos])
+    assert np.flatnonzero(track.key).tolist() == [0, 30]

@@ -132,3 +132,14 @@ def test_a_task_without_a_video_is_reported(tmp_path: Path, value: Any) -> None:
     assert found.repaired == (
         "tasks.json, task 1: does not say which video it is about. It was imported onto drive.mp4.",
     )
+
+
+def test_a_skipped_task_reports_that_its_prediction_is_taken(tmp_path: Path) -> None:
+    """Label Studio keeps a skipped task as an annotation with ``was_cancelled`` (its guide, task_format)."""
+    (task,) = _tasks_about("drive.mp4")
+    task["annotations"] = [{"was_cancelled": True, "result": []}]
+    found = read_tasks(tmp_path, [task])
+    assert list(tracks_of(found)) == ["7f3a"]
+    assert found.repaired == ("tasks.json, task 1: was skipped in Label Studio, so its prediction was imported.",)
+    task["annotations"].append({"was_cancelled": False, "result": []})
+    assert not tracks_of(read_tasks(tmp_path, [task]))

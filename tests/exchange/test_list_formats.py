@@ -200,42 +200,14 @@ def test_yolo_clips_boxes_and_reads_polygons(tmp_path: Path) -> None:
     assert any("Polygons" in sentence for sentence in back.repaired)
 
 
-SIX = {
-    "whole numbers above 1": (("0 0.5 0.5 0.1 0.1 0.9 7", "0 0.2 0.2 0.1 0.1 0.8 1"), "boxes", "above 1"),
-    "a fraction": (("1 0.5 0.5 0.6 0.5 0.5 0.75", "1 0.1 0.2 0.3 0.4 0.2 1"), "triangles", "fraction"),
-    "other polygons": (("0 0.1 0.2 0.3 0.4 0.2 1", "1 0.1 0.1 0.3 0.1 0.3 0.3 0.1 0.3"), "triangles", "polygons"),
-    "the same twice": (("0 0.1 0.2 0.3 0.4 0.2 1", "0 0.5 0.6 0.7 0.8 0.6 1"), "triangles", "twice"),
-    "nothing else": (("0 0.3 0.3 0.1 0.1 0.9 0", "0 0.6 0.6 0.1 0.1 0.8 1"), "boxes", "0 or 1"),
-}
-
-
-@pytest.mark.parametrize(
-    ("case", "apart"), [*((case, False) for case in SIX), *((case, True) for case in SIX if case != "the same twice")]
-)
-def test_yolo_reads_six_numbers_alike_in_all_files(tmp_path: Path, case: str, apart: bool) -> None:
-    """A triangle whose last corner touches the picture's edge ends in 0 or 1, as do the rows of two tracks."""
-    lines, kind, why = SIX[case]
-    if apart:
-        yolo_folder(tmp_path, f"{lines[1]}\n", frame=3)
-        lines = lines[:1]
-    back = read_onto_drive(yolo_folder(tmp_path, "\n".join(lines) + "\n", frame=10), "yolo")
-    (reported,) = [sentence for sentence in back.repaired if "six numbers" in sentence]
-    assert reported.startswith("labels/train/frame_0000")
-    assert kind in reported
-    assert why in reported
-    scores = np.concatenate([track.score for track in tracks_of(back).values()])
-    assert len(scores) == 2
-    assert np.isnan(scores).all() == (kind == "triangles")
-    if case == "the same twice":
-        boxes = sorted(tuple(np.round(track.boxes[0], 6)) for track in tracks_of(back).values())
-        assert boxes == [(64.0, 72.0, 192.0, 360.0), (320.0, 216.0, 448.0, 360.0)]
-
-
-def test_yolo_with_six_ambiguous_numbers_is_refused(tmp_path: Path) -> None:
-    yolo_folder(tmp_path, "0 0.5 0.5 0.1 0.1 0.9 7\n", frame=3)
-    yolo_folder(tmp_path, "0 0.5 0.5 0.6 0.5 0.5 0.75\n", frame=10)
-    words = ("line 1", "three corners", "Got 7 at the end here, 0.75 in labels/train/frame_000010.txt, line 1")
-    assert_refused(tmp_path, "yolo", "labels/train/frame_000003.txt", *words)
+def test_a_repeated_box_without_a_track_is_taken_once(tmp_path: Path) -> None:
+    """Ultralytics also removes duplicate labels of a picture (ultralytics/yolov5#5210)."""
+    for frame in (10, 11):
+        yolo_folder(tmp_path, "0 0.5 0.5 0.1 0.1\n1 0.5 0.5 0.1 0.1\n0 0.5 0.5 0.1 0.1\n", frame=frame)
+    back = read_onto_drive(tmp_path, "yolo")
+    found = [(track.label, track.frames.tolist()) for track in tracks_of(back).values()]
+    assert sorted(found) == [(13, [10, 11]), (14, [10, 11])]
+    assert any("Repeated boxes were taken once: 2" in sentence for sentence in back.repaired)
 
 
 def test_yolo_in_another_encoding(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 from tests.exchange.image_datasets import (
     IMAGE_FORMATS,
     assert_refused,
+    coco_file,
     import_report,
     picture_by_frame,
     read_onto_drive,
@@ -60,6 +61,17 @@ def test_a_picture_listed_by_several_coco_files(tmp_path: Path) -> None:
     assert "1 picture is listed by several files" in import_report(read_onto_drive(tmp_path / "in"))
 
 
+def test_a_track_id_in_several_coco_files_is_reported(tmp_path: Path) -> None:
+    """Each task of CVAT numbers its tracks from 0, and each subset of a project has a file (``_export_track``)."""
+    attributes = {"track_id": 0, "keyframe": True}
+    for subset, frame in (("train", 10), ("val", 50)):
+        content = coco_file([{"file_name": f"frame_{frame:06d}.png"}], [{"attributes": attributes}])
+        write_text(tmp_path, f"annotations/instances_{subset}.json", json.dumps(content))
+    back = read_onto_drive(tmp_path)
+    assert [track.frames.tolist() for track in back.videos[0].tracks()] == [[10, 50]]
+    assert "Boxes became part of a track of an earlier file, which has the same track id: 1" in import_report(back)
+
+
 @pytest.mark.parametrize(
     "address",
     [
@@ -90,6 +102,25 @@ def test_voc_with_another_frame_inside_is_reported(tmp_path: Path) -> None:
         "imported by their own name: 1; the first is frame_000010.xml, 'frame_000010.xml' frame_000012.jpg"
         in import_report(back)
     )
+
+
+def test_tracks_of_imagenet_vid(tmp_path: Path) -> None:
+    """Objects of ImageNet VID (ILSVRC 2015) have ``<trackid>``, and corners in another order."""
+    corners = "<bndbox><xmax>{}</xmax><xmin>10</xmin><ymax>40</ymax><ymin>20.5</ymin></bndbox>"
+    for frame, tracks in ((10, (0, 1)), (50, (1,))):
+        objects = "".join(
+            f"<object><trackid>{track}</trackid><name>stop</name>{corners.format(30 + track)}"
+            "<occluded>0</occluded><generated>0</generated></object>"
+            for track in tracks
+        )
+        xml = f"<annotation><folder>drive</folder><filename>{frame:06d}</filename>{objects}</annotation>"
+        write_text(tmp_path, f"{frame:06d}.xml", xml)
+    back = read_onto_drive(tmp_path, "voc", first_frame="0")
+    assert {track.uid: track.frames.tolist() for track in back.videos[0].tracks()} == {
+        "track0": [10],
+        "track1": [10, 50],
+    }
+    assert "no track id" not in import_report(back)
 
 
 @pytest.mark.parametrize(

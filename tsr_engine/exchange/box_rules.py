@@ -26,6 +26,18 @@ def scaled(edges: Edges, scale: tuple[float, float]) -> Edges:
     return edges[0] * scale[0], edges[1] * scale[1], edges[2] * scale[0], edges[3] * scale[1]
 
 
+def check_pixels(edges: Edges, file: str, line: int | str) -> Edges:
+    """Return a box of another tool; a box within the first pixel has relative coordinates.
+
+    Raises:
+        ImportFormatError: the box lies within the first pixel.
+    """
+    if all(0 <= edge <= 1 for edge in edges):
+        rule = "the box lies within one pixel, so its edges are relative. Write px (Ultralytics: normalize=False)."
+        raise rule_error(file, line, rule)
+    return edges
+
+
 class BoxRules:
     """Refuses boxes that break the rules, or leaves them out and counts them.
 

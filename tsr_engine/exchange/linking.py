@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.formats import Switch
 from tsr_engine.exchange.import_validator import ImportValidator
+from tsr_engine.exchange.track_builder import REPEATED_BOX
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.json_shapes import JsonMapping
 from tsr_engine.plural import plural
@@ -55,6 +56,7 @@ class UntrackedBoxes:
         self._validator = validator
         self._file = file
         self._boxes: list[tuple[_Box, str]] = []
+        self._seen: set[tuple[int, Edges, int]] = set()
 
     def __len__(self) -> int:
         return len(self._boxes)
@@ -73,9 +75,17 @@ class UntrackedBoxes:
         score: float = math.nan,
         attributes: JsonMapping | None = None,
     ) -> None:
-        """Take a box, with the arguments of ``ImportValidator.box``; only its edges are checked before ``finish``."""
+        """Take a box, with the arguments of ``ImportValidator.box``; only its edges are checked before ``finish``.
+
+        A box that repeats one of the same frame and label is left out and counted, as Ultralytics does: two tracks
+        would show one sign.
+        """
         if not self._validator.boxes.check(edges, file, line):
             return
+        if (frame, edges, label) in self._seen:
+            self._validator.count(REPEATED_BOX, file, line)
+            return
+        self._seen.add((frame, edges, label))
         self._boxes.append((_Box(frame, edges, label, line, key, occluded, ignore, score, attributes), file))
 
     def finish(self) -> None:
@@ -115,6 +125,7 @@ class UntrackedBoxes:
         count = plural(len(boxes), "box has", "boxes have")
         self._validator.repair(f"{self._file}: {count} no track id: {result}.")
         self._boxes.clear()
+        self._seen.clear()
 
 
 def link_boxes(boxes: list[_Box]) -> list[int]:

@@ -14,6 +14,8 @@ from tsr_engine.exchange.reading import rule_error, too_many_error
 from tsr_engine.exchange.track_rows import BOX, END, TrackRows, common_label, interpolate_rows
 from tsr_engine.track_table import NO_CLASS, IntArray
 
+REPEATED_BOX = "Repeated boxes were taken once"
+"""Report of repeated rows."""
 _SAME_PX = 1e-6
 
 
@@ -123,7 +125,7 @@ class TrackBuilder:
                     f"track {uid!r} has a second, different box in frame {rows.frame[row]}; a track has one box a "
                     "frame. Give the other sign its own id, or delete one.",
                 )
-            self._count("Repeated boxes were taken once", file, line)
+            self._count(REPEATED_BOX, file, line)
         return np.array(selected, dtype=np.int64)
 
 

@@ -81,6 +81,27 @@ def test_coco_keeps_ids_and_categories(tmp_path: Path) -> None:
     assert found.next_id == 10
 
 
+def test_a_supercategory_among_the_categories_is_left_out(tmp_path: Path) -> None:
+    """Roboflow lists the project as category 0 (roboflow/roboflow-100-benchmark#45); COCO has a person of persons."""
+    categories = [
+        {"id": 0, "name": "signs", "supercategory": "none"},
+        {"id": 1, "name": "stop", "supercategory": "signs"},
+        {"id": 2, "name": "person", "supercategory": "person"},
+        {"id": 3, "name": "alone", "supercategory": "none"},
+        {"id": 4, "name": "odd", "supercategory": ["signs"]},
+        {"id": 5, "name": "none", "supercategory": "none"},
+        {"id": 6, "name": "None"},
+    ]
+    found = read(tmp_path, {"categories": categories})
+    assert [label.id for label in found.labels] == [1, 2, 3, 4, 5]
+    assert found.reported[0] == "file: 'signs' is the supercategory of others; it was left out."
+
+
+def test_label_studio_gets_the_frame_rate_of_the_task(tmp_path: Path) -> None:
+    """``<Video>`` without ``framerate`` counts 24 frames a second (labelstud.io/tags/video)."""
+    assert '<Video name="video" value="$video" framerate="$fps"/>' in write_labels(CUSTOM_SET, "label-studio")
+
+
 def test_label_studio_keeps_aliases_digits_colours_and_attributes(tmp_path: Path) -> None:
     labels = LabelSet(key="a", name="a", next_id=20, labels=STRANGE[:2])
     found = written_and_read(tmp_path, labels, "label-studio").labels

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -11,7 +11,7 @@ from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.dataset import DatasetVideo
 from tsr_engine.exchange.frame_numbering import NumberingScheme
 from tsr_engine.exchange.frames_of_pictures import frames_of_pictures
-from tsr_engine.exchange.ids import id_of, real_of, whole_of
+from tsr_engine.exchange.ids import id_of, is_number, real_of, whole_of
 from tsr_engine.exchange.import_validator import ImportValidator
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.picture_sequences import ListedPicture
@@ -142,12 +142,31 @@ def find_image_frames(heads: Sequence[CocoHead], validator: ImportValidator, fol
         validator.repair(f"{heads[0].file}: names another file than {video.name} by its hash. It was imported anyway.")
     frames = iter(frames_of_pictures(listed, validator, folder))
     for head in heads:
+        chosen: dict[object, JsonObject] = {}
         for position, image in enumerate(head.listed, start=1):
             frame = next(frames)
             if frame is not None:
                 scale = _scale(image, head, f"image {position}", validator)
                 head.images[id_of(image["id"])] = Image(frame, scale)
+                key = id_of(image.get("video_id"))
+                chosen[key] = head.videos.get(key, {})
         head.listed.clear()
+        _report_rates(chosen.values(), head.file, validator)
+
+
+def _report_rates(videos: Iterable[JsonObject], file: str, validator: ImportValidator) -> None:
+    """Report a frame rate that is not the video's: the frames were counted after others were left out."""
+    video = validator.target.video
+    for info in videos:
+        name = next((name for name in ("annotation_fps", "fps") if is_number(info.get(name))), None)
+        if name is None or video.rate is None:
+            continue
+        stated, rate = real_of(info[name], name, file, "videos"), float(video.rate)
+        if stated > 0 and abs(stated - rate) > 0.01 * rate:
+            validator.repair(
+                f"{file}: says {stated:g} frames/s, {video.name} has {rate:g}. Its frames were taken by their number; "
+                "check that it counts every frame."
+            )
 
 
 def _listed(

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 from tsr_engine.exchange.attributes import BOX_NAMES, label_values, parse_attributes, track_facts
-from tsr_engine.exchange.box_rules import Edges, scaled
+from tsr_engine.exchange.box_rules import Edges, check_pixels, scaled
 from tsr_engine.exchange.coco.images import CocoHead, find_image_frames, missing_list_error, read_head
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.file_listing import list_json_files
@@ -42,9 +43,10 @@ def read_coco(path: Path, target: ImportTarget) -> Dataset:
     heads = {file: read_head(file, _display_name(file, folder)) for file in files}
     known = [head for head in heads.values() if head is not None]
     find_image_frames(known, validator, folder)
+    file_of_track: dict[str, str] = {}
     for file, head in heads.items():
         if head is not None:
-            _Annotations(file, head, validator, loose).read()
+            _Annotations(file, head, validator, loose, file_of_track).read()
     for file, head in heads.items():
         if head is None:
             _Results(file, known, validator, loose, folder).read()
@@ -60,12 +62,21 @@ def _display_name(file: Path, folder: Path) -> str:
 class _Annotations:
     """The annotations of a file whose head has been read."""
 
-    def __init__(self, path: Path, head: CocoHead, validator: ImportValidator, loose: UntrackedBoxes) -> None:
+    def __init__(
+        self,
+        path: Path,
+        head: CocoHead,
+        validator: ImportValidator,
+        loose: UntrackedBoxes,
+        file_of_track: dict[str, str],
+    ) -> None:
+        """Take the head; ``file_of_track`` holds the first file of each track id, for all files."""
         self._path = path
         self._name = head.file
         self._head = head
         self._validator = validator
         self._loose = loose
+        self._file_of_track = file_of_track
         self._seen: set[int | str] = set()
 
     def read(self) -> None:
@@ -99,13 +110,12 @@ class _Annotations:
             "line": where,
             "key": attributes.get("keyframe", True) in _TRUE_VALUES,
             "occluded": attributes.get("occluded", False) in _TRUE_VALUES,
-            "ignore": annotation.get("iscrowd", 0) in _TRUE_VALUES or attributes.get("ignore", False) in _TRUE_VALUES,
+            "ignore": annotation.get("iscrowd", 0) in _TRUE_VALUES
+            or any(holder.get("ignore", False) in _TRUE_VALUES for holder in (annotation, attributes)),
             "score": math.nan if score is None else real_of(score, "score", self._name, where),
             "attributes": parse_attributes(label_values(attributes, BOX_NAMES), self._name, where),
         }
-        edges = self._validator.boxes.edges(
-            lambda: self._edges(annotation["bbox"], attributes.get("rotation"), image.scale, where)
-        )
+        edges = self._validator.boxes.edges(lambda: self._edges(annotation["bbox"], attributes, image.scale, where))
         number = self._validator.label(label, self._name, where)
         uid = str(attributes.get("uid", "")) or self._track(annotation, attributes, where)
         if not uid:
@@ -116,9 +126,11 @@ class _Annotations:
             return
         self._validator.box(uid, image.frame, edges, number, facts=track_facts(attributes), **box_fields)
 
-    def _edges(self, box: object, rotation: object, scale: tuple[float, float], where: str) -> Edges:
+    def _edges(self, box: object, attributes: JsonObject, scale: tuple[float, float], where: str) -> Edges:
         """Edges in px of the video; a rotated box is replaced by the upright box around it."""
-        edges = _edges(box, self._name, where)
+        edges, rotation = _edges(box, self._name, where), attributes.get("rotation")
+        if not attributes.get("uid"):
+            check_pixels(edges, self._name, where)
         if rotation:
             degrees = real_of(rotation, "rotation", self._name, where, in_text=True)
             edges = bounding_box(edges, degrees, self._validator, self._name, where)
@@ -128,8 +140,13 @@ class _Annotations:
         """Name of an annotation's track, by CVAT's or CocoVID's id; empty: it has none."""
         for name, holder in (("track_id", attributes), ("track_id", annotation), ("instance_id", annotation)):
             found = track_of(holder.get(name), name, self._name, where)
-            if found is not None:
-                return f"track{found}"
+            if found is None:
+                continue
+            uid = f"track{found}"
+            if self._file_of_track.setdefault(uid, self._name) != self._name:
+                what = "Boxes became part of a track of an earlier file, which has the same track id"
+                self._validator.count(what, self._name, where)
+            return uid
         return ""
 
 
@@ -200,8 +217,10 @@ class _Results:
             label = self._validator.label(
                 _look_up(self._names, category, "category", self._name, where), self._name, where
             )
-        score = result.get("score")
-        self._loose.add(
+        score, track = result.get("score"), track_of(result.get("track_id"), "track_id", self._name, where)
+        # Boxes without a track id are linked when all are known.
+        add_box = self._loose.add if track is None else partial(self._validator.box, f"track{track}")
+        add_box(
             frame,
             self._validator.boxes.edges(lambda: scaled(_edges(result.get("bbox"), self._name, where), scale)),
             label,

@@ -101,6 +101,11 @@ class VideoTask:
             validator.repair(
                 f"{file}: its task ends with frame {stop}, {validator.target.video.name} with {frames - 1}."
             )
+        if self.task.step > 1:
+            validator.repair(
+                f"{file}: its task has one of {self.task.step} frames of the video. Boxes in the frames between were "
+                "interpolated, and a track ends in the last frame that shows it."
+            )
         self._task_id = ""
         self.other_count = 0
         """Number of elements of other tasks."""

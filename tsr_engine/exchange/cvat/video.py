@@ -3,6 +3,11 @@
 Every shown frame is written, key frames with ``keyframe="1"``; CVAT's importer keeps only those and interpolates
 linearly. A gap, and the end of a track, is one more box with ``outside="1"``. Coordinates are px edges from 0 with two
 decimals; CVAT for video 1.1 is described in ``format-cvat.md`` of CVAT's documentation.
+
+CVAT takes the attributes of a whole track from its last key frame (``_import_track`` in its
+``dataset_manager/bindings.py``), and gives a key frame that lacks an attribute the value of the key frame before
+(``get_interpolated_shapes`` in ``annotation.py``). So end marks have the track's attributes, and a value that ends is
+written as ended.
 """
 
 from __future__ import annotations
@@ -51,6 +56,8 @@ from tsr_engine.plural import plural
 
 _DECIMALS = 2
 _ROUNDING = 0.5 * 10**-_DECIMALS
+_ENDED = '<attribute name="{}"></attribute>'
+"""Attribute of a key frame at which a value of the key frame before ends."""
 
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
@@ -110,9 +117,9 @@ def _write_track(
     """Write one ``<track>``; return the number of its key frames."""
     key = key_frames(track, options.thin_px, rounding=_ROUNDING)
     boxes = round_boxes(track.boxes, _DECIMALS, video.width, video.height).tolist()
-    uid = attribute_line("uid", track.uid)
-    track_attributes = fact_lines(track)
-    label_attributes = attribute_lines(track.attributes)
+    track_attributes = attribute_line("uid", track.uid) + attribute_lines(track.attributes)
+    facts = fact_lines(track)
+    has_scores = bool(np.isfinite(track.score).any())
     write_all = options.switches.get("rows", "all") == "all"
     frames, occluded, score = track.frames.tolist(), track.occluded.tolist(), track.score.tolist()
     lines = [f' <track id="{number}" label={quote_attribute(labels.name(track.label))} source="{source_of(track)}">\n']
@@ -121,23 +128,29 @@ def _write_track(
         if is_key or write_all:
             x1, y1, x2, y2 = boxes[k]
             value = score[k]
-            frame_attributes = uid + label_attributes + attribute_lines(frame_values(track, k))
-            frame_attributes += f'<attribute name="score">{value:.6g}</attribute>' if value == value else ""
-            if track.ignore is not None and track.ignore[k]:
-                frame_attributes += attribute_line("ignore", "true")
+            frame_attributes = track_attributes + attribute_lines(frame_values(track, k))
+            if value == value:
+                frame_attributes += f'<attribute name="score">{value:.6g}</attribute>'
+            elif has_scores and is_key:
+                frame_attributes += _ENDED.format("score")
+            if labels.ignore and track.ignore is not None and (is_key or track.ignore[k]):
+                frame_attributes += attribute_line("ignore", "true" if track.ignore[k] else "false")
             if track.labels is not None and track.labels[k] != track.label:
                 frame_attributes += attribute_line("frame_label", labels.name(int(track.labels[k])))
+            elif labels.changes and track.labels is not None and is_key:
+                # Empty, so that another label of the track in CVAT holds here too.
+                frame_attributes += _ENDED.format("frame_label")
             lines.append(
                 f'  <box frame="{frame}" keyframe="{is_key:d}" outside="0" occluded="{occluded[k]:d}" xtl="{x1:.2f}" '
                 f'ytl="{y1:.2f}" xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">'
-                f"{frame_attributes}{track_attributes if is_key else ''}</box>\n"
+                f"{frame_attributes}{facts if is_key else ''}</box>\n"
             )
         ends = k == last or frames[k + 1] != frame + 1
         if ends and frame + 1 < video.frames:
             x1, y1, x2, y2 = boxes[k]
             lines.append(
                 f'  <box frame="{frame + 1}" keyframe="1" outside="1" occluded="0" xtl="{x1:.2f}" ytl="{y1:.2f}" '
-                f'xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">{uid}{label_attributes}</box>\n'
+                f'xbr="{x2:.2f}" ybr="{y2:.2f}" z_order="0">{track_attributes}{facts}</box>\n'
             )
     lines.append(" </track>\n")
     out.writelines(lines)
@@ -177,6 +190,8 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
     last_frame = -1
     # FiftyOne marks key frames only for labels that know them. Its other boxes are all stated.
     has_keyframe_flags = any("keyframe" in child.attrib for child, _ in rows)
+    # Between key frames CVAT moves the box and its angle evenly, so the upright boxes do not lie on straight lines.
+    is_rotated = any(child.attrib.get("rotation") for child, _ in rows)
     for k, (child, values) in enumerate(rows):
         is_key = read_flag(child, "keyframe", file, str(int(not has_keyframe_flags)))
         outside = read_flag(child, "outside", file, "0")
@@ -187,10 +202,12 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             # CVAT moves a box towards the key frame at which it ends, or which lies after the end of a job. That key
             # frame is hidden or not in the file, so the last visible row states the movement.
             goes_on = k + 1 < len(rows) and not read_flag(rows[k + 1][0], "outside", file, "0")
-            if outside or goes_on:
+            if outside or (goes_on and not is_rotated):
                 continue
         if outside:
-            validator.hide_from(uid, frame)
+            # Nobody has seen the frames between the last one with the sign and the next one of the task.
+            is_next = frame == min(last_frame + task.task.step, validator.target.video.frames)
+            validator.hide_from(uid, last_frame + 1 if is_next else frame)
             continue
         first_values = first_values or values
         frame_label = values.get("frame_label", "").strip()

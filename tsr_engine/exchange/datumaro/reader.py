@@ -26,6 +26,8 @@ from tsr_engine.json_shapes import JsonObject
 
 _CATEGORIES = re.compile(rb'"categories"\s*:\s*\{')
 """Older versions, and CVAT's, do not name the format; categories are an object in no other format."""
+_IGNORED_IN = frozenset({"is_crowd", "ignored", "difficult"})
+"""Attributes by which Datumaro marks regions to ignore from COCO, MOT and Pascal VOC."""
 _POSITIONS_REPORT = "attr.frame is only the position in a list, so pictures got the frame of their names"
 
 
@@ -83,9 +85,18 @@ def _listed(file: Path, several_files: bool) -> Iterator[ListedPicture]:
         path = str(image.get("path", "")) if isinstance(image, dict) else ""
         name = str(item.get("id") or path)
         stated_frame = attr.get("frame") if isinstance(attr, dict) else None
+        media = item.get("video_frame")
+        media = media if isinstance(media, dict) else {}
+        if stated_frame is None:
+            stated_frame = media.get("frame_index")
         frame = None if stated_frame is None else whole_of(stated_frame, "frame", file.name, where)
         yield ListedPicture(
-            f"{file.stem}/{name}" if several_files else name, file.name, where, fallback_name=path, frame=frame
+            f"{file.stem}/{name}" if several_files else name,
+            file.name,
+            where,
+            fallback_name=path,
+            frame=frame,
+            video=str(media.get("video_path") or "").replace("\\", "/").rpartition("/")[2],
         )
     if not found:
         raise rule_error(file.name, None, "must be an object with a list of items. Export as Datumaro again.")
@@ -106,6 +117,7 @@ def _drop_positions(listed: list[ListedPicture], validator: ImportValidator) -> 
         # of a longer video, from which this one was cut, have numbers beyond its end.
         if (
             len(stated) == len(sequence)
+            and not any(each.video for each, _ in sequence)
             and len({name.pattern for _, name in sequence}) == 1
             and set(gaps) not in ({0}, {1})
             and all(a <= b for a, b in pairwise([0, *gaps]))
@@ -165,6 +177,8 @@ def _annotation(
         # Datumaro keeps CVAT's end marks as boxes.
         validator.hide_from(uid, frame)
         return True
+    # In our own files these are attributes of labels.
+    marks = frozenset() if attributes.get("uid") else _IGNORED_IN
     # CVAT writes attributes of the kind text as texts, also an empty default.
     score = None if attributes.get("score") == "" else attributes.get("score")
     validator.box(
@@ -178,9 +192,9 @@ def _annotation(
         line=where,
         key=attributes.get("keyframe", True) not in (False, "false", "False"),
         occluded=attributes.get("occluded") in (True, "true", "True"),
-        ignore=attributes.get("ignore") in (True, "true", "True"),
+        ignore=any(attributes.get(name) in (True, "true", "True") for name in ("ignore", *marks)),
         score=math.nan if score is None else real_of(score, "score", file, where, in_text=True),
-        attributes=parse_attributes(label_values(attributes, BOX_NAMES), file, where),
+        attributes=parse_attributes(label_values(attributes, BOX_NAMES | marks), file, where),
         facts=track_facts(attributes),
     )
     return True

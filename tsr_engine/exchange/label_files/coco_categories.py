@@ -24,6 +24,8 @@ def read_categories(path: Path, key: str, name: str) -> FileLabels:
     found = read_members(path, ("categories",)).get("categories")
     if not isinstance(found, list):
         raise rule_error(path.name, None, "has no list of categories.")
+    stated = [each.get("supercategory") for each in found if isinstance(each, dict)]
+    parents = {each for each in stated if isinstance(each, str)} - {"", "none"}
     for position, each in enumerate(found, start=1):
         where = f"category {position}"
         if not isinstance(each, dict) or not isinstance(each.get("name"), str):
@@ -31,8 +33,13 @@ def read_categories(path: Path, key: str, name: str) -> FileLabels:
         number, supercategory = each.get("id"), each.get("supercategory")
         if type(number) is not int:
             raise rule_error(path.name, where, "id must be a whole number. Correct it.")
-        if supercategory not in _CATEGORIES:
-            if supercategory not in (None, "", "none"):
+        has_parent = supercategory not in (None, "", "none")
+        if not has_parent and each["name"] in parents:
+            # Roboflow lists the project itself as category 0.
+            collector.note(f"{path.name}: {each['name'][:60]!r} is the supercategory of others; it was left out.")
+            continue
+        if not isinstance(supercategory, str) or supercategory not in _CATEGORIES:
+            if has_parent:
                 collector.note(
                     f"{path.name}: the supercategory {str(supercategory)[:60]!r} is unknown; 'other' was used."
                 )

@@ -74,7 +74,9 @@ def write_label_config(labels: LabelSet) -> str:
             "background": label.colour,
         }
         lines.append(f"    <Label{_xml_attributes(xml_attributes)}/>")
-    lines += ["  </Labels>", '  <Video name="video" value="$video"/>', '  <VideoRectangle name="box" toName="video"/>']
+    # Without a rate Label Studio counts 24 frames a second.
+    video = '  <Video name="video" value="$video" framerate="$fps"/>'
+    lines += ["  </Labels>", video, '  <VideoRectangle name="box" toName="video"/>']
     for attribute_of_labels, label_names in _group_attributes(offered):
         lines += _write_control(attribute_of_labels, label_names, len(offered))
     return "\n".join([*lines, "</View>"]) + "\n"

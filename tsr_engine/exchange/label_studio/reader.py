@@ -124,6 +124,9 @@ def _read_task(task: JsonObject, validator: ImportValidator, file: str, where: s
         raise rule_error(file, where, "has neither annotations nor predictions with a result. Export as JSON again.")
     if len(answers) > 1:
         validator.skip(f"{file}, {where}: {len(answers) - 1} annotations", _left_out_reason(answers))
+    annotations = [answer for answer in as_list(task.get("annotations")) if isinstance(answer, dict)]
+    if annotations and all(answer.get("was_cancelled") for answer in annotations):
+        validator.repair(f"{file}, {where}: was skipped in Label Studio, so its prediction was imported.")
     other_videos = _other_videos(task, answers[0]["result"], validator.target.video)
     labels = {
         region.get("id"): as_list(region["value"].get("labels"))

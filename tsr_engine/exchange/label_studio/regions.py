@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import partial
+from itertools import pairwise
 
 from tsr_engine.exchange.box_rules import Edges
 from tsr_engine.exchange.dataset import UNSTATED_LABEL
@@ -116,6 +118,7 @@ def read_region(
     uid = validator.unique_uid((meta.get("uid") or [str(region.get("id", ""))])[0].strip() or where, file, where)
     video = validator.target.video
     enabled_at: dict[int, bool] = {}
+    placed: dict[int, JsonObject] = {}
     for index, key in enumerate(value["sequence"]):
         location = f"{where}, key frame {index + 1}"
         if not isinstance(key, dict):
@@ -125,6 +128,11 @@ def read_region(
         edges = validator.boxes.edges(partial(_edges, key, validator, file, location))
         if validator.box(uid, frame, edges, label, file=file, line=location):
             enabled_at[frame] = key.get("enabled", True) is not False
+            placed[frame] = key
+    for (start, first), (end, second) in pairwise(sorted(placed.items())):
+        for frame, key in _turning_keys(start, first, end, second) if enabled_at[start] else ():
+            edges = _edges(key, validator, file, where)
+            validator.box(uid, frame, edges, label, file=file, line=where, key=False)
     for frame, enabled in enabled_at.items():
         if not enabled and frame + 1 not in enabled_at:
             validator.hide_from(uid, frame + 1)
@@ -154,6 +162,19 @@ def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -
         x, y, width, height = _upright(x, y, width, height, rotation)
         validator.count("Rotated boxes were replaced by the upright boxes around them", file, where)
     return x, y, x + width, y + height
+
+
+def _turning_keys(start: int, first: JsonObject, end: int, second: JsonObject) -> Iterator[tuple[int, JsonObject]]:
+    """The frames between two key frames of different rotation, where the upright boxes lie on no straight lines.
+
+    Label Studio moves the box evenly and turns it the shorter way (``interpolateProp`` in its ``utils/props.ts``).
+    """
+    rotation, last_rotation = first.get("rotation") or 0.0, second.get("rotation") or 0.0
+    turn = (last_rotation - rotation + 180) % 360 - 180
+    for frame in range(start + 1, end) if turn else ():
+        share = (frame - start) / (end - start)
+        key = {name: first[name] + (second[name] - first[name]) * share for name in ("x", "y", "width", "height")}
+        yield frame, key | {"rotation": rotation + turn * share}
 
 
 def _check_count(value: JsonObject, validator: ImportValidator, file: str, where: str) -> None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import get_args
 
-from tsr_engine.exchange.box_rules import Edges
+from tsr_engine.exchange.box_rules import Edges, check_pixels
 from tsr_engine.exchange.ids import WHOLE_ID
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.table_columns import edges_of
@@ -49,18 +49,6 @@ def read_edges(cells: Mapping[str, str], is_own_table: bool, file: str, line: in
             )
         edges = found
     return edges if is_own_table else check_pixels(edges, file, line)
-
-
-def check_pixels(edges: Edges, file: str, line: int | str) -> Edges:
-    """Return a box in px; a box within the first pixel has relative coordinates.
-
-    Raises:
-        ImportFormatError: the box lies within the first pixel.
-    """
-    if all(0 <= edge <= 1 for edge in edges):
-        rule = "the box lies within one pixel, so its edges are relative. Write px (normalize=False)."
-        raise rule_error(file, line, rule)
-    return edges
 
 
 def read_uid(cells: Mapping[str, str], file: str, line: int) -> str:

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from tsr_engine.exchange.attributes import parse_attributes
-from tsr_engine.exchange.box_rules import Edges, scaled
+from tsr_engine.exchange.box_rules import Edges, check_pixels, scaled
 from tsr_engine.exchange.dataset import REJECTED, UNSTATED_LABEL, Dataset
 from tsr_engine.exchange.file_listing import head_of
 from tsr_engine.exchange.formats import ImportTarget
@@ -28,7 +28,6 @@ from tsr_engine.exchange.table_columns import (
     is_id_column,
     normalized,
 )
-from tsr_engine.exchange.tracks_csv.cells import check_pixels
 from tsr_engine.exchange.tracks_csv.reader import CLASS_NUMBERS_REPORT, files_of_video, name_in
 from tsr_engine.exchange.tracks_json.entries import FRAME_KEY, Entry, entries, first_value, inner_boxes
 from tsr_engine.exchange.video_matching import VideoPart, choose_parts

@@ -222,7 +222,7 @@ def _object(node: XmlNode, file: str, shared: _SharedTexts) -> _Object:
         score = parse_real(number) if number else math.nan
     except ValueError:
         raise rule_error(file, node.line, f"score must be a number. Got {number[:40]!r}.") from None
-    track = box_attributes.get("track_id", "").strip()
+    track = box_attributes.get("track_id", "").strip() or node.value("trackid")
     uid = box_attributes.get("uid", "") or (f"track{track}" if track else "")
     facts = track_facts(box_attributes)
     attributes_of_label = label_values(box_attributes, BOX_NAMES - {"ignore"})

@@ -1,4 +1,4 @@
-"""Reads and writes the class names in YOLO's ``data.yaml``."""
+"""Reads and writes the class names in YOLO's ``data.yaml``, and reads the shape of keypoints."""
 
 from __future__ import annotations
 
@@ -36,6 +36,27 @@ def read_class_names(path: Path) -> dict[int, str] | None:
     Raises:
         ImportFormatError: not YAML, or ``names`` is neither a list nor a map of names; names the line.
     """
+    names = _member(path, "names")
+    return None if names is None else _names(names, path.name)
+
+
+def read_keypoint_count(path: Path) -> int:
+    """Read how many numbers each row of a pose data set has after its box (``kpt_shape``); 0: it has no keypoints.
+
+    Raises:
+        ImportFormatError: not YAML, or ``kpt_shape`` is not a number of points and 2 or 3 numbers for each.
+    """
+    node = _member(path, "kpt_shape")
+    if node is None:
+        return 0
+    values = [each.value for each in node.value] if isinstance(node, yaml.SequenceNode) else []
+    if len(values) != 2 or not _NUMBER.fullmatch(str(values[0])) or values[1] not in ("2", "3"):
+        raise _error(path.name, node, "kpt_shape must be the number of points and 2 or 3, as '[4, 3]'. Correct it.")
+    return int(values[0]) * int(values[1])
+
+
+def _member(path: Path, name: str) -> yaml.Node | None:
+    """The value of a key of the file; None: it has no such key."""
     file = path.name
     text = read_text(path, limit=MAX_YAML_BYTES)
     try:
@@ -54,15 +75,15 @@ def read_class_names(path: Path) -> dict[int, str] | None:
         return None
     if not isinstance(root, yaml.MappingNode):
         raise _error(file, root, "must be a map with names. Export it again.")
-    names: yaml.Node | None = None
+    found: yaml.Node | None = None
     for key, value in root.value:
         if _is_text(key) and key.value == "<<":
             raise _error(file, key, "a merge key (<<) is not read. Write its entries out.")
-        if _is_text(key) and key.value == "names":
-            if names is not None:
-                raise _error(file, key, "has names twice. Delete one.")
-            names = value
-    return None if names is None else _names(names, file)
+        if _is_text(key) and key.value == name:
+            if found is not None:
+                raise _error(file, key, f"has {name} twice. Delete one.")
+            found = value
+    return found
 
 
 def _names(node: yaml.Node, file: str) -> dict[int, str]:

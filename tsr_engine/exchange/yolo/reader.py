@@ -28,7 +28,7 @@ from tsr_engine.exchange.reading import MAX_JSON_BYTES, decode_text, read_names,
 from tsr_engine.exchange.sidecar import SidecarRow, read_sidecar
 from tsr_engine.exchange.small_file_store import SmallFileStore, list_all_files, read_content
 from tsr_engine.exchange.truncated_files import report_truncated
-from tsr_engine.exchange.yolo.class_names import read_class_names
+from tsr_engine.exchange.yolo.class_names import read_class_names, read_keypoint_count
 from tsr_engine.exchange.yolo.row_shapes import YoloLine, YoloRow, rows_to_boxes
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.plural import plural
@@ -97,6 +97,12 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
     files = label_files(path, target.store)
     if not files and not (path / SIDECAR).is_file():
         raise rule_error(path.name, None, "has no label files (labels/train/frame_000010.txt). Export as YOLO again.")
+    if [name.rpartition("/")[2] for name in files] == ["image0.txt"]:
+        rule = (
+            "Ultralytics writes all pictures that a program passes one by one into this file, without their frames. "
+            "Run it on the video file, or call the file of a single picture frame_000000.txt, with its frame."
+        )
+        raise rule_error(files[0], None, rule)
     names, names_file = _class_names(path, files)
     if names is not None and _are_benchmark_numbers(names):
         names = dict(enumerate(benchmark_keys()))
@@ -116,7 +122,7 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
         if lines.strip():
             found += _lines(lines, name, frame, names, names_file, validator)
     report_truncated(file_ends, validator)
-    rows = rows_to_boxes(found, validator)
+    rows = rows_to_boxes(found, _keypoint_count(path), validator)
     if names is None and rows:
         validator.repair(f"{path.name}: has no class names (data.yaml); class numbers were taken as those of the tool.")
     loose = UntrackedBoxes(validator, path.name)
@@ -138,14 +144,25 @@ def _listed(name: str) -> ListedPicture:
 
 def _class_names(path: Path, files: list[str]) -> tuple[dict[int, str] | None, str]:
     """Names by number, and the file that has them; None: no file has them."""
-    for file in (*(folder / name for folder in (path, path.parent) for name in YAML_FILES), *_other_yaml(path)):
-        found = read_class_names(file) if file.is_file() else None
+    for file in _yaml_files(path):
+        found = read_class_names(file)
         if found is not None:
             return found, file.name
     for name in ("classes.txt", "obj.names", "labels/classes.txt", "labels.txt"):
         if (path / name).is_file():
             return dict(enumerate(read_names(path / name))), name
     return _class_names_beside(path, files)
+
+
+def _yaml_files(path: Path) -> list[Path]:
+    """The files that may describe the data set, the first ones first."""
+    usual = [file for folder in (path, path.parent) for name in YAML_FILES if (file := folder / name).is_file()]
+    return usual + _other_yaml(path)
+
+
+def _keypoint_count(path: Path) -> int:
+    files = _yaml_files(path)
+    return read_keypoint_count(files[0]) if files else 0
 
 
 def _class_names_beside(path: Path, files: list[str]) -> tuple[dict[int, str] | None, str]:

@@ -1,14 +1,16 @@
 """Converts rows of YOLO label files to boxes by the number of values after the class.
 
 Four numbers are a box, five a box with a sixth column, more than six a polygon. Six are a triangle or a box with
-confidence and track id; this is decided once for all files, since annotations do not mix the two.
+confidence and track id; this is decided once for all files, since annotations do not mix the two. In a data set with
+keypoints the numbers after the box are those. ``save_txt`` of Ultralytics also writes confidence and track id after the
+corners of polygons and oriented boxes.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import repeat
 from math import inf
 
@@ -21,6 +23,8 @@ _MIN_COORDINATE, _MAX_COORDINATE = -0.01, 1.01
 """Largest relative coordinate that Ultralytics accepts; the excess is rounding, clipped at the edge."""
 _MIN_BOX_VALUES = (_MIN_COORDINATE, _MIN_COORDINATE, -inf, -inf)
 """Smallest value that is read; the validator reports boxes of negative size."""
+_ORIENTED_BOX = 8
+"""Number of values of the four corners of an oriented box."""
 _AMBIGUOUS_COUNT = 6
 """Number of values that are a triangle, or a box with confidence and track id."""
 
@@ -59,14 +63,36 @@ class YoloRow(YoloLine):
     extra_values: tuple[float, ...]
 
 
-def rows_to_boxes(lines: Sequence[YoloLine], validator: ImportValidator) -> list[YoloRow]:
+def rows_to_boxes(lines: Sequence[YoloLine], keypoint_count: int, validator: ImportValidator) -> list[YoloRow]:
     """Return the boxes of all rows in order; report the meaning of rows of six numbers.
+
+    Args:
+        lines: rows of all files.
+        keypoint_count: how many numbers keypoints have after the box; 0: there are none.
+        validator: takes the reports.
 
     Raises:
         ImportFormatError: a row is neither box nor polygon, or rows of six numbers have no common meaning.
     """
+    if keypoint_count:
+        lines = [_without_keypoints(line, keypoint_count, validator) for line in lines]
     triangles = _are_triangles(lines, validator)
-    return [_row(line, triangles, validator) for line in lines]
+    polygons = [line for line in lines if len(line.values) > _AMBIGUOUS_COUNT]
+    trailing_count = _trailing_count(polygons)
+    if trailing_count == 2:
+        count = plural(len(polygons), "row has", "rows have")
+        validator.repair(
+            f"{polygons[0].file}, line {polygons[0].line}: {count} a confidence and a track id after the corners, as "
+            "all end in whole numbers."
+        )
+    return [_row(line, triangles, trailing_count, validator) for line in lines]
+
+
+def _without_keypoints(line: YoloLine, count: int, validator: ImportValidator) -> YoloLine:
+    if len(line.values) != 4 + count:
+        return line
+    validator.count("Keypoints were left out; their boxes were taken", line.file, line.line)
+    return replace(line, values=line.values[:4])
 
 
 def _are_triangles(lines: Sequence[YoloLine], validator: ImportValidator) -> bool:
@@ -112,9 +138,25 @@ def _meaning_of_six(six: Sequence[YoloLine], others_are_longer: bool) -> tuple[b
     return False, "all end in 0 or 1, and no picture has the same twice"
 
 
-def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow:
-    values = line.values
-    polygon = len(values) > _AMBIGUOUS_COUNT or (len(values) == _AMBIGUOUS_COUNT and triangles)
+def _trailing_count(polygons: Sequence[YoloLine]) -> int:
+    """How many columns follow the corners of polygons: none, a confidence or a track id, or both."""
+    counts = {len(line.values) for line in polygons}
+    # Oriented boxes have eight numbers, and outlines have different ones. Rows of another length may have keypoints.
+    if len(counts) == 1 and not counts & {_ORIENTED_BOX + 1, _ORIENTED_BOX + 2}:
+        return 0
+    if polygons and all(count % 2 for count in counts):
+        return 1
+    ids = Counter((line.file, line.values[-1]) for line in polygons)
+    # A corner is a fraction. In a single row 0 or 1 may be one at the picture's edge.
+    has_ids = len(polygons) > 1 and all(number == int(number) for _, number in ids) and max(ids.values()) == 1
+    return 2 if has_ids else 0
+
+
+def _row(line: YoloLine, triangles: bool, trailing_count: int, validator: ImportValidator) -> YoloRow:
+    values, extra_values = line.values, tuple[float, ...]()
+    if len(values) > _AMBIGUOUS_COUNT:
+        values, extra_values = values[: len(values) - trailing_count], values[len(values) - trailing_count :]
+    polygon = len(values) > _AMBIGUOUS_COUNT or (len(values) == _AMBIGUOUS_COUNT and (triangles or bool(extra_values)))
     if polygon and len(values) % 2:
         raise rule_error(
             line.file, line.line, f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers."
@@ -125,7 +167,6 @@ def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow
             raise rule_error(
                 line.file, line.line, f"positions and sizes must be parts of the picture, 0 to 1. Got {value:g}. {hint}"
             )
-    extra_values: tuple[float, ...] = ()
     if polygon:
         validator.count("Polygons were replaced by the upright boxes around them", line.file, line.line)
         xs, ys = values[::2], values[1::2]
@@ -136,4 +177,4 @@ def _row(line: YoloLine, triangles: bool, validator: ImportValidator) -> YoloRow
         extra_values = values[4:]
     video = validator.target.video
     edges = (x1 * video.width, y1 * video.height, x2 * video.width, y2 * video.height)
-    return YoloRow(line.file, line.line, line.frame, line.text, line.label, values, edges, extra_values)
+    return YoloRow(line.file, line.line, line.frame, line.text, line.label, line.values, edges, extra_values)
