@@ -74,8 +74,8 @@ class Merge(_OnTrack):
 class Split(_OnTrack):
     """Split the track: from this frame on it is another track.
 
-    ``class_id`` is the engine's class of the track according to the page, for a half without a segment of the engine's;
-    the server reads it from the evidence instead.
+    ``class_id`` is the engine's class of the track according to the page, for a half that would get no label or that of
+    another track; the server reads it from the evidence instead.
     """
 
     name: Literal["split"]

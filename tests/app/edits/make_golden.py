@@ -65,6 +65,12 @@ def splits(seed: int) -> list[dict[str, Any]]:
         for reported in ({}, {"class_id": 14}):
             raw = {"name": "split", "frame": frame, "key": key, "new_key": "hpart0001", **reported}
             found.append(_case(f"{key} at {frame}, told {reported.get('class_id')}", docs, raw, rng)[0])
+    for key in ("m1", "hdrawn01"):
+        merged = docs | apply_command(
+            docs, ADAPTER.validate_python({"name": "merge", "frame": 0, "key": key, "others": ["m2"]})
+        )
+        raw = {"name": "split", "frame": 50 if key == "hdrawn01" else 25, "key": key, "new_key": "hpart0001"}
+        found.append(_case(f"{key} with two engine tracks", merged, {**raw, "class_id": 14}, rng)[0])
     return found
 
 

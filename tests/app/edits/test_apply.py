@@ -191,6 +191,18 @@ def test_a_half_without_boxes_of_the_engine_keeps_its_class() -> None:
     assert apply(docs, name="split", key="m1", frame=35, new_key="hlater1")["hlater1"].class_id is None
 
 
+@pytest.mark.parametrize("key", ["m1", "hdrawn1"])
+def test_a_half_of_another_engine_track_keeps_the_label_of_the_whole(key: str) -> None:
+    """The whole shows the label of m1, 14, also in the frames of m3."""
+    docs = apply(initial_documents(), name="create_track", key="hdrawn1", frame=45, box=[0, 0, 9, 9])
+    for other in {"m1", "m3"} - {key}:
+        docs = apply(docs, name="merge", key=key, frame=45, others=[other])
+    docs[key] = docs[key].model_copy(update={"class_id": None})
+    halves = apply(docs, name="split", key=key, frame=50, new_key="hlater1", class_id=14)
+    assert [s.track for s in halves["hlater1"].segments] == [3]
+    assert (halves[key].class_id, halves["hlater1"].class_id) == (None, 14)
+
+
 @pytest.mark.parametrize(
     ("command", "why"),
     [
