@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TypeVar
 
+import numpy as np
 from sqlalchemy import select
 
 from app.body_model import Model
@@ -166,6 +167,23 @@ class EvidenceService:
         with self.reading(self.stored_run(run_id)) as reader:
             rows = read_columns(reader, "tracks", *names, tracks=tracks, confirmed=True)
         return {track: (a, b) for track, a, b in zip(*(rows.ints(name).tolist() for name in names), strict=True)}
+
+    def gaps(self, run_id: str, track_id: int) -> list[tuple[int, int | None]]:
+        """First and last frames of the gaps in which a confirmed track has no box after its first one.
+
+        The gap after the end of a track has no last frame. A track that has a box in the newest frame has not ended.
+        """
+        with self.reading(self.stored_run(run_id)) as reader:
+            rows = read_columns(
+                reader, "track_frames", "frame", tracks=(track_id, track_id), alive=True, confirmed=True
+            )
+            frames, newest = rows.ints("frame"), reader.last_frame
+        if not len(frames) or newest is None:
+            return []
+        before = np.flatnonzero(np.diff(frames) > 1)
+        firsts, lasts = frames[before] + 1, frames[before + 1] - 1
+        end = int(frames[-1])
+        return [*zip(firsts.tolist(), lasts.tolist(), strict=True), *([(end + 1, None)] if end < newest else [])]
 
     def label(self, run_id: str, track_id: int) -> int | None:
         """The engine's label of a confirmed track, in the video's set; -1: the set lacks the engine's class.

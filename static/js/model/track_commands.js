@@ -37,7 +37,7 @@ export function merge(docs, doc, command) {
     if (!other || other.gone || key === doc.key) {
       throw new CommandError(`Track ${key} cannot be merged: it is gone, or the same track.`);
     }
-    doc = join(doc, other);
+    doc = join(doc, other, command.gaps);
     changed[key] = { ...other, gone: true, merged_into: doc.key };
   }
   // an earlier segment must not change the label
