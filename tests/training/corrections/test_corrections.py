@@ -14,7 +14,7 @@ from tests.training.corrected_tracks import make_track, make_video, write_video
 from tsr_engine.errors import ImportFormatError, InputError
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.export import export_dataset
-from tsr_engine.exchange.filters import Filters, filter_dataset, with_left_out
+from tsr_engine.exchange.filters import Filters, filter_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.registry import format_named
 from tsr_engine.io.gtsdb import Scene
@@ -287,7 +287,7 @@ class TestExports:
         options = ExportOptions(pictures="annotated")
         out = tmp_path / "export"
         chosen = format_named(format)
-        export_dataset(with_left_out(part, whole), chosen, out, options, zipped=False, about=about)
+        export_dataset(part, chosen, out, options, zipped=False, about=about)
         opened = open_export(out, lambda *_: path, tmp_path)
         found = corrected_scenes(opened.dataset, tmp_path / "work", Sampling(signs=20, background=25))
         for s in found:
@@ -303,7 +303,7 @@ class TestExports:
         tracks = [make_track("m1"), make_track("m2", 10, first=25, state="open")]
         path = write_video(tmp_path / "toy.mp4", tracks)
         whole = Dataset(shipped_set(DEFAULT), (replace(make_video(tracks, path), sha256="ab" * 32),))
-        accepted = with_left_out(filter_dataset(whole, Filters(states=frozenset({"accepted"}))), whole)
+        accepted = filter_dataset(whole, Filters(states=frozenset({"accepted"})))
 
         def notes(dataset: Dataset, earlier: bool, **asked: object) -> tuple[str, ...]:
             out = tmp_path / "export"
