@@ -22,7 +22,14 @@ from app.evidence.reader_pool import ReaderPool
 from app.evidence.run_columns import confirmed_boxes, labelled_boxes
 from app.evidence.source_lanes import LaneColumns, lane_columns
 from app.evidence.stored_run import StoredRun
-from app.evidence.tracks import TrackProperties, label_tracks, no_tracks, read_track_properties, track_columns
+from app.evidence.tracks import (
+    TrackColumns,
+    TrackProperties,
+    label_tracks,
+    no_tracks,
+    read_track_properties,
+    track_columns,
+)
 from app.files.shared import ensure_local
 from app.labels.mapping import classes_in
 from app.settings import Settings
@@ -122,6 +129,12 @@ class EvidenceService:
         except (Busy, StorageError):
             # the other run cannot be fetched now; the answer is not cached, so the next request compares with it
             return _json(self._tracks(run, compare=False))
+
+    def uncertainties(self, run_id: str) -> dict[int, float]:
+        """Uncertainty of each track by number; an imported run has none. No other run is read, as none changes it."""
+        columns = self._tracks(self.stored_run(run_id), compare=False)
+        listed = zip(columns.id, columns.uncertainty, strict=True)
+        return {number: value for number, value in listed if value is not None}
 
     def lanes(self, run_id: str) -> bytes:
         """``LaneColumns`` as JSON."""
@@ -228,7 +241,7 @@ class EvidenceService:
 
     # ------------------------------------------------------------------------------------------------------ inside
 
-    def _tracks(self, run: StoredRun, *, compare: bool = True) -> Model:
+    def _tracks(self, run: StoredRun, *, compare: bool = True) -> TrackColumns:
         properties = self._track_properties.get(run.id) if run.complete else None
         if properties is None:
             properties = self._query(run, read_track_properties)
