@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import singledispatch
 from itertools import pairwise
 
 from app.edits import commands as c
-from app.edits.documents import OPEN_END, Box, KeyFrame, Note, TrackDoc
+from app.edits.documents import OPEN_END, Box, KeyFrame, Note, Segment, TrackDoc
 from app.edits.join import join
 from app.edits.relabel import relabelled, with_attribute
 from app.edits.split import clip, split
@@ -41,6 +41,25 @@ def with_class(docs: Docs, command: c.Command, label: Callable[[int], int | None
         return command
     track = doc.original_track()
     return command.model_copy(update={"class_id": None if track is None else label(track)})
+
+
+def with_gaps(docs: Docs, command: c.Command, gaps: Callable[[int], Iterable[tuple[int, int | None]]]) -> c.Command:
+    """Add the frames without a box of the engine's tracks to a merge.
+
+    Args:
+        docs: documents of at least the touched tracks.
+        command: see :mod:`app.edits.commands`.
+        gaps: maps an engine track to the first and last frames of its gaps; None: the gap has no end.
+    """
+    if not isinstance(command, c.Merge):
+        return command
+    tracks = {s.track for key in touched_keys(command) if key in docs for s in docs[key].segments}
+    found = [
+        Segment(track=track, first=first, last=OPEN_END if last is None else last)
+        for track in sorted(tracks)
+        for first, last in gaps(track)
+    ]
+    return command.model_copy(update={"gaps": found})
 
 
 def apply_command(docs: Docs, command: c.Command, author: str = "", time: str = "") -> dict[str, TrackDoc]:
@@ -296,7 +315,7 @@ def _merge(docs: Docs, doc: TrackDoc, command: c.Merge) -> dict[str, TrackDoc]:
         other = docs.get(key)
         if other is None or other.gone or key == doc.key:
             raise CommandError(f"Track {key} cannot be merged: it is gone, or the same track.")
-        doc = join(doc, other)
+        doc = join(doc, other, command.gaps)
         changed[key] = other.model_copy(update={"gone": True, "merged_into": doc.key})
     if doc.class_id is None and doc.original_track() != origin:  # an earlier segment must not change the label
         doc = doc.model_copy(update={"class_id": command.class_id})

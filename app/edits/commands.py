@@ -12,6 +12,8 @@ from app.edits.documents import AttributeName, AttributeValue, Box, ClassId, Fra
 
 MAX_FOLLOWED_BOXES = 20_000
 """Most boxes of one ``follow`` command."""
+MAX_GAPS = 1000
+"""Most gaps that a page may send with a ``merge``."""
 
 
 class _OnTrack(Model):
@@ -63,19 +65,21 @@ class Merge(_OnTrack):
     """Merge other tracks into the track; in frames of both, the track's own box is kept.
 
     ``class_id`` is the engine's class of the track according to the page, for a track that would get the label of
-    another one; the server reads it from the evidence instead.
+    another one. ``gaps`` are the frames after their start in which the engine's tracks have no box. The server reads
+    both from the evidence instead.
     """
 
     name: Literal["merge"]
     others: Annotated[list[Key], Field(min_length=1, max_length=50)]
     class_id: ClassId | None = None
+    gaps: Annotated[list[Segment], Field(max_length=MAX_GAPS, default_factory=list)]
 
 
 class Split(_OnTrack):
     """Split the track: from this frame on it is another track.
 
-    ``class_id`` is the engine's class of the track according to the page, for a half without a segment of the engine's;
-    the server reads it from the evidence instead.
+    ``class_id`` is the engine's class of the track according to the page, for a half that would get no label or that of
+    another track; the server reads it from the evidence instead.
     """
 
     name: Literal["split"]

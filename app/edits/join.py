@@ -12,16 +12,23 @@ Span = tuple[int, int]
 """First and last frame, both included."""
 
 
-def join(doc: TrackDoc, other: TrackDoc) -> TrackDoc:
+def join(doc: TrackDoc, other: TrackDoc, gaps: Sequence[Segment] = ()) -> TrackDoc:
     """Add to ``doc`` the frames of ``other`` that it does not have.
 
     A track has the frames of its segments, of its key frames with a box, and of the lines between those. The values of
     a key frame end where the other track's frames begin: a track that left the picture does not hide the track that is
-    joined to it, and no line runs across a gap. Frames of ``doc`` that are marked as outside count as missing where
-    ``other`` shows something. Attributes of both tracks are combined; those of ``doc`` have precedence.
+    joined to it, and no line runs across a gap. Frames of ``doc`` that are marked as outside, or lie in ``gaps``, count
+    as missing where ``other`` shows something. Attributes of both tracks are combined; those of ``doc`` have
+    precedence.
+
+    Args:
+        doc: the track that stays.
+        other: the track that becomes part of it.
+        gaps: frames in which the engine's tracks have no box.
     """
     doc, other = _with_line_ends(doc), _with_line_ends(other)
-    doc = _without(doc, _subtract(_shown_spans(other), _shown_spans(doc)))
+    shown, other_shown = (_shown_spans(_without_gaps(each, gaps)) for each in (doc, other))
+    doc = _without(doc, _subtract(other_shown, shown))
     own_keys, other_keys = ({int(k): key for k, key in each.keys.items()} for each in (doc, other))
     keys = dict(own_keys)
     pieces = list(doc.segments)
@@ -104,12 +111,19 @@ def _state(keys: dict[int, KeyFrame], frame: int) -> JsonObject:
 
 def _without(doc: TrackDoc, spans: list[Span]) -> TrackDoc:
     """The track without the parts of its segments in these frames."""
-    segments = [
-        Segment(track=s.track, first=first, last=last)
-        for s in doc.segments
-        for first, last in _subtract([(s.first, s.last)], spans)
-    ]
-    return doc.model_copy(update={"segments": tuple(segments)})
+    return doc.model_copy(update={"segments": tuple(part for s in doc.segments for part in _parts(s, spans))})
+
+
+def _without_gaps(doc: TrackDoc, gaps: Sequence[Segment]) -> TrackDoc:
+    """The track without the parts of its segments in the gaps of their engine tracks."""
+    spans = {s.track: [(gap.first, gap.last) for gap in gaps if gap.track == s.track] for s in doc.segments}
+    return doc.model_copy(update={"segments": tuple(part for s in doc.segments for part in _parts(s, spans[s.track]))})
+
+
+def _parts(segment: Segment, spans: list[Span]) -> list[Segment]:
+    """The parts of a segment outside of these frames."""
+    parts = _subtract([(segment.first, segment.last)], spans)
+    return [Segment(track=segment.track, first=first, last=last) for first, last in parts]
 
 
 def _shown_spans(doc: TrackDoc) -> list[Span]:

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.edits.apply import CommandError, apply_command, touched_keys, with_class
+from app.edits.apply import CommandError, apply_command, touched_keys, with_class, with_gaps
 from app.edits.checks import (
     check_revisions,
     known_frames,
@@ -116,6 +116,7 @@ class EditService:
         command = resolve_label_key(command, labels)
         try:
             command = with_class(present, command, lambda track: self._log.evidence.label(run.id, track))
+            command = with_gaps(present, command, lambda track: self._log.evidence.gaps(run.id, track))
             after = apply_command(present, command, author, now)
         except CommandError as error:
             raise Invalid(str(error), field="command", code="impossible") from None

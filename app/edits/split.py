@@ -12,8 +12,9 @@ def split(doc: TrackDoc, frame: int, new_key: str, class_id: int | None) -> tupl
         doc: document of the track.
         frame: first frame of the new track.
         new_key: key of the new track.
-        class_id: the engine's label of the track, for a half without any segment of the engine's.
+        class_id: the engine's label of the track, for a half that would get no label or that of another engine track.
     """
+    origin = doc.original_track()
     for end, box in doc.line_ends(frame).items():
         doc = doc.with_key(end, box=box)
     carried = doc.last_key(frame)
@@ -40,17 +41,16 @@ def split(doc: TrackDoc, frame: int, new_key: str, class_id: int | None) -> tupl
             "notes": tuple(n for n in doc.notes if n.frame < frame),
         }
     )
-    return _with_class(old, class_id), _with_class(new, class_id)
+    old, new = (
+        half.model_copy(update={"class_id": class_id})
+        if half.class_id is None and half.original_track() != origin
+        else half
+        for half in (old, new)
+    )
+    return old, new
 
 
 def clip(segments: tuple[Segment, ...], first: int, last: int) -> tuple[Segment, ...]:
     """Cut segments to the frames first to last, both included."""
     cut = ((s, max(s.first, first), min(s.last, last)) for s in segments)
     return tuple(Segment(track=s.track, first=a, last=b) for s, a, b in cut if a <= b)
-
-
-def _with_class(doc: TrackDoc, class_id: int | None) -> TrackDoc:
-    """Set the class that the document showed, if it has lost the segment with the engine's label."""
-    if doc.class_id is not None or doc.original_track() is not None:
-        return doc
-    return doc.model_copy(update={"class_id": class_id})

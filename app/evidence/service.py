@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TypeVar
 
+import numpy as np
 from sqlalchemy import select
 
 from app.body_model import Model
@@ -21,7 +22,14 @@ from app.evidence.reader_pool import ReaderPool
 from app.evidence.run_columns import confirmed_boxes, labelled_boxes
 from app.evidence.source_lanes import LaneColumns, lane_columns
 from app.evidence.stored_run import StoredRun
-from app.evidence.tracks import TrackProperties, label_tracks, no_tracks, read_track_properties, track_columns
+from app.evidence.tracks import (
+    TrackColumns,
+    TrackProperties,
+    label_tracks,
+    no_tracks,
+    read_track_properties,
+    track_columns,
+)
 from app.files.shared import ensure_local
 from app.labels.mapping import classes_in
 from app.settings import Settings
@@ -122,6 +130,12 @@ class EvidenceService:
             # the other run cannot be fetched now; the answer is not cached, so the next request compares with it
             return _json(self._tracks(run, compare=False))
 
+    def uncertainties(self, run_id: str) -> dict[int, float]:
+        """Uncertainty of each track by number; an imported run has none. No other run is read, as none changes it."""
+        columns = self._tracks(self.stored_run(run_id), compare=False)
+        listed = zip(columns.id, columns.uncertainty, strict=True)
+        return {number: value for number, value in listed if value is not None}
+
     def lanes(self, run_id: str) -> bytes:
         """``LaneColumns`` as JSON."""
         run = self.stored_run(run_id)
@@ -167,6 +181,23 @@ class EvidenceService:
             rows = read_columns(reader, "tracks", *names, tracks=tracks, confirmed=True)
         return {track: (a, b) for track, a, b in zip(*(rows.ints(name).tolist() for name in names), strict=True)}
 
+    def gaps(self, run_id: str, track_id: int) -> list[tuple[int, int | None]]:
+        """First and last frames of the gaps in which a confirmed track has no box after its first one.
+
+        The gap after the end of a track has no last frame. A track that has a box in the newest frame has not ended.
+        """
+        with self.reading(self.stored_run(run_id)) as reader:
+            rows = read_columns(
+                reader, "track_frames", "frame", tracks=(track_id, track_id), alive=True, confirmed=True
+            )
+            frames, newest = rows.ints("frame"), reader.last_frame
+        if not len(frames) or newest is None:
+            return []
+        before = np.flatnonzero(np.diff(frames) > 1)
+        firsts, lasts = frames[before] + 1, frames[before + 1] - 1
+        end = int(frames[-1])
+        return [*zip(firsts.tolist(), lasts.tolist(), strict=True), *([(end + 1, None)] if end < newest else [])]
+
     def label(self, run_id: str, track_id: int) -> int | None:
         """The engine's label of a confirmed track, in the video's set; -1: the set lacks the engine's class.
 
@@ -210,7 +241,7 @@ class EvidenceService:
 
     # ------------------------------------------------------------------------------------------------------ inside
 
-    def _tracks(self, run: StoredRun, *, compare: bool = True) -> Model:
+    def _tracks(self, run: StoredRun, *, compare: bool = True) -> TrackColumns:
         properties = self._track_properties.get(run.id) if run.complete else None
         if properties is None:
             properties = self._query(run, read_track_properties)

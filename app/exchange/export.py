@@ -139,13 +139,15 @@ def export_sources(
         StorageError: the disk is full.
     """
     chosen = check_request(request)
-    every_track = dataset_of(sources)
+    full_dataset = every_track = dataset_of(sources)
     if request.tracks is not None:
         selected = request.tracks
         sources = [replace(source, keys=frozenset(selected.get(source.run_id or "", ()))) for source in sources]
-    full_dataset = dataset_of(sources)
+        full_dataset = dataset_of(sources)
     filters = _filters(request, full_dataset.labels)
-    dataset = with_left_out(filter_dataset(resolve_merged_labels(full_dataset), filters), every_track)
+    dataset = filter_dataset(resolve_merged_labels(full_dataset), filters)
+    if request.tracks is not None:
+        dataset = with_left_out(dataset, every_track)
     if request.pictures != "none":
         for source in sources:
             _require_file(source)

@@ -7,7 +7,6 @@ transaction, so an interrupted update continues where it was.
 from __future__ import annotations
 
 import functools
-import json
 import logging
 import threading
 import time
@@ -212,9 +211,7 @@ class SearchIndex:
 
         @functools.cache  # cached, because an imported run has none and one read is enough
         def engine_uncertainties() -> dict[int, float]:
-            answer = json.loads(self._evidence.tracks(run_id))
-            listed = zip(answer["id"], answer["uncertainty"], strict=True)
-            return {number: value for number, value in listed if value is not None}
+            return self._evidence.uncertainties(run_id)
 
         def uncertainty(key: str, engine_track: int) -> float:
             found = known.get(f"m{engine_track}", known.get(key))

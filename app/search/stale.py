@@ -65,15 +65,12 @@ def expected_runs(session: Session) -> dict[str, ExpectedRun]:
     for video_id, rows in groupby(session.execute(query).all(), key=lambda row: row[0].video_id):
         runs = [(run, label_set or default) for run, label_set in rows]
         candidates = [run for run, _ in runs if run.kind != "whatif"]
-        by_age = sorted(candidates, key=lambda run: (-run.order, run.id))
         for run, set_key in runs:
             meaning_key = json.dumps(run.labels, sort_keys=True), set_key
             if meaning_key not in meanings:
                 classes = run_classes(run, newest(session, set_key))
                 meanings[meaning_key] = repr([(number, classes.to_label(number)) for number in classes.numbers()])
-            # a disagreement with it changes the order
-            other = next((each.id for each in by_age if each is not run), "")
-            basis = hashlib.blake2b(repr((FORMAT, set_key, meanings[meaning_key], other)).encode(), digest_size=16)
+            basis = hashlib.blake2b(repr((FORMAT, set_key, meanings[meaning_key])).encode(), digest_size=16)
             current = bool(candidates) and run is candidates[-1]
             expected[run.id] = ExpectedRun(run.id, video_id, set_key, basis.hexdigest(), current)
     return expected

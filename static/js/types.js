@@ -65,6 +65,7 @@
  * @property {Box|null} [box]
  * @property {string} [label_key]      key of the label of `class_id`; it takes precedence if the label set has changed since
  * @property {number|null} [class_id]  split, merge: the engine's class, for a track that would lose it otherwise
+ * @property {Segment[]} [gaps]        merge: frames in which the engine's tracks have no box
  * @property {FollowedBox[]} [boxes]   follow: in ascending order of frames
  * @property {number} [first]          interpolate
  * @property {number} [last]

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.exchange.small_datasets import make_dataset, make_track, tracks_of
 from tsr_engine.errors import UsageError
-from tsr_engine.exchange.filters import Filters, clip_track, filter_dataset
+from tsr_engine.exchange.dataset import Track
+from tsr_engine.exchange.filters import Filters, clip_track, filter_dataset, with_left_out
 
 
 def _skips(data: object) -> list[str]:
@@ -44,6 +48,33 @@ def test_small_boxes_are_filtered() -> None:
     assert (kept.boxes[:, 2] - kept.boxes[:, 0]).min() >= 30
     assert f"{30 - len(kept.frames)} boxes Their shorter side is below 30 px." in _skips(some)[0]
     assert not tracks_of(filter_dataset(make_dataset(track), Filters(min_side=1000)))
+
+
+@pytest.mark.parametrize(
+    "filters",
+    [
+        Filters(),
+        Filters(states=frozenset({"accepted"}), first=35, stop=85),
+        Filters(min_side=30, not_in_set="leave-out"),
+        Filters(labels=frozenset({14})),
+    ],
+)
+def test_the_rest_is_found_in_one_pass(filters: Filters) -> None:
+    data = make_dataset()
+    (video,) = data.videos
+    passes = []
+
+    def tracks() -> Iterator[Track]:
+        passes.append(1)
+        return video.tracks()
+
+    part = filter_dataset(replace(data, videos=(replace(video, tracks=tracks),)), filters)
+    assert len(passes) == 1
+    expected = with_left_out(part, data).videos[0].left_out
+    found = part.videos[0].left_out
+    assert bool(found) == bool(part.skipped)
+    for each in ("frames", "boxes"):
+        assert [getattr(t, each).tolist() for t in found] == [getattr(t, each).tolist() for t in expected]
 
 
 def test_without_filters_nothing_is_reported() -> None:

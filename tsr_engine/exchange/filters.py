@@ -78,9 +78,9 @@ def select_frames(track: Track, chosen: NDArray[np.bool_]) -> Track | None:
 
 
 def filter_dataset(dataset: Dataset, filters: Filters) -> Dataset:
-    """The part of the data set that passes the filters; ``skipped`` counts the rest.
+    """The part of the data set that passes the filters; ``skipped`` counts the rest, ``left_out`` of a video holds it.
 
-    Tracks are filtered anew in each pass; one pass here counts them.
+    Tracks are filtered anew in each pass; one pass here finds the rest.
 
     Raises:
         UsageError: no frame of a video that was examined lies in the range.
@@ -96,8 +96,9 @@ def filter_dataset(dataset: Dataset, filters: Filters) -> Dataset:
                 f"{(filters.stop or video.frames) - 1} is among them. Choose others."
             )
         part = change_tracks(replace(video, first=first, stop=stop), partial(_filter_track, filters, first, stop))
-        videos.append(part)
-        skipped += _count_left_out(video, part, filters)
+        left_out, counts = _find_left_out(video, part, filters)
+        videos.append(replace(part, left_out=left_out))
+        skipped += counts
     return replace(dataset, videos=tuple(videos), skipped=tuple(skipped))
 
 
@@ -208,18 +209,25 @@ def _filter_track(filters: Filters, first: int, stop: int, track: Track) -> Trac
     return select_frames(track, chosen)
 
 
-def _count_left_out(video: DatasetVideo, part: DatasetVideo, filters: Filters) -> list[Skipped]:
+def _find_left_out(
+    video: DatasetVideo, part: DatasetVideo, filters: Filters
+) -> tuple[tuple[Track, ...], list[Skipped]]:
+    """What a part of a video lacks in its frames; and the numbers of all boxes and tracks that it lacks."""
+    lacking: list[Track | None] = []
     track_counts = Counter[str]()
     outside_boxes = small_boxes = no_label_boxes = 0
     for track in video.tracks():
+        inside = (track.frames >= part.first) & (track.frames < part.stop)
         why = _reason_left_out(track, filters)
         if why is not None:
             track_counts[why] += 1
+            lacking.append(select_frames(track, inside))
             continue
-        inside = (track.frames >= part.first) & (track.frames < part.stop)
         outside_boxes += int((~inside).sum())
         kept = _filter_track(filters, part.first, part.stop, track)
         left_out = int(inside.sum()) - (0 if kept is None else len(kept.frames))
+        if left_out:
+            lacking.append(select_frames(track, inside & ~np.isin(track.frames, () if kept is None else kept.frames)))
         unlabelled = 0
         if filters.not_in_set == "leave-out" and track.labels is not None and track.state != REJECTED:
             unlabelled = int((inside & (track.labels == NO_CLASS)).sum())
@@ -233,4 +241,5 @@ def _count_left_out(video: DatasetVideo, part: DatasetVideo, filters: Filters) -
     ):
         if boxes:
             found.append((plural(boxes, "box", "boxes"), why))
-    return [Skipped(f"{video.name}: {what}", reason) for what, reason in found]
+    skipped = [Skipped(f"{video.name}: {what}", reason) for what, reason in found]
+    return tuple(track for track in lacking if track is not None), skipped

@@ -59,6 +59,7 @@ def unite_label_sets(parts: Sequence[tuple[LabelSet, DatasetVideo]]) -> tuple[La
     try:
         result = LabelSet(
             key=first.key,
+            version=newest[first.key].version,  # a retraining takes the newest set of a key
             name=" + ".join(labels.name for labels in newest.values())[:200],
             next_id=max((label.id for label in united), default=NO_CLASS) + 1,
             labels=tuple(united),

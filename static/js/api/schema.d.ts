@@ -1068,7 +1068,8 @@ export interface components {
          * @description Merge other tracks into the track; in frames of both, the track's own box is kept.
          *
          *     ``class_id`` is the engine's class of the track according to the page, for a track that would get the label of
-         *     another one; the server reads it from the evidence instead.
+         *     another one. ``gaps`` are the frames after their start in which the engine's tracks have no box. The server reads
+         *     both from the evidence instead.
          */
         Merge: {
             /** @description The current frame of the page. */
@@ -1083,6 +1084,7 @@ export interface components {
             name: "merge";
             others: string[];
             class_id?: number | null;
+            gaps?: components["schemas"]["Segment"][];
         };
         /** @description Replace the label ``id`` by ``into`` from now on. */
         MergeLabels: {
@@ -1941,8 +1943,8 @@ export interface components {
         /**
          * @description Split the track: from this frame on it is another track.
          *
-         *     ``class_id`` is the engine's class of the track according to the page, for a half without a segment of the engine's;
-         *     the server reads it from the evidence instead.
+         *     ``class_id`` is the engine's class of the track according to the page, for a half that would get no label or that of
+         *     another track; the server reads it from the evidence instead.
          */
         Split: {
             /** @description The current frame of the page. */

@@ -3,22 +3,25 @@
  * Joins two tracks into one: each frame keeps its content. The twin of app/edits/join.py; pure.
  *
  * @typedef {import('../types.js').KeyFrame} KeyFrame
+ * @typedef {import('../types.js').Segment} Segment
  * @typedef {import('../types.js').TrackDoc} TrackDoc
  * @typedef {[number, number]} Span   first and last frame, both included
  */
 import { OPEN_END, keyAt, keyFramesOf, keyFrameBoxAt, lastKey, newKeyFrame, sameState, stateOf, withAttributes } from './documents.js';
 
 /**
- * `doc` with the frames of `other` that it does not have itself, or that it marks as outside. Attributes of the whole
- * tracks are merged; those of `doc` take precedence.
+ * `doc` with the frames of `other` that it does not have itself, that it marks as outside, or that lie in `gaps`.
+ * Attributes of the whole tracks are merged; those of `doc` take precedence.
  * @param {TrackDoc} doc
  * @param {TrackDoc} other
+ * @param {readonly Segment[]} [gaps]   frames in which the engine's tracks have no box
  * @returns {TrackDoc}
  */
-export function join(doc, other) {
+export function join(doc, other, gaps = []) {
   doc = withLineEnds(doc);
   other = withLineEnds(other);
-  doc = withoutSegments(doc, subtractSpans(visibleSpans(other), visibleSpans(doc)));
+  const [visible, otherVisible] = [doc, other].map((each) => visibleSpans(withoutGaps(each, gaps)));
+  doc = withoutSegments(doc, subtractSpans(otherVisible, visible));
   /** @type {Record<string, KeyFrame>} */
   const keys = { ...doc.keys };
   const pieces = [...doc.segments];
@@ -104,10 +107,24 @@ const stateAt = (keys, frame) => stateOf(keyAt({ keys }, frame));
 
 /** The track without the parts of its segments in these frames. @param {TrackDoc} doc @param {Span[]} spans @returns {TrackDoc} */
 function withoutSegments(doc, spans) {
-  const segments = doc.segments.flatMap(({ track, first, last }) =>
-    subtractSpans([[first, last]], spans).map(([a, b]) => ({ track, first: a, last: b })),
-  );
-  return { ...doc, segments };
+  return { ...doc, segments: doc.segments.flatMap((segment) => partsOutside(segment, spans)) };
+}
+
+/**
+ * The track without the parts of its segments in the gaps of their engine tracks.
+ * @param {TrackDoc} doc
+ * @param {readonly Segment[]} gaps
+ * @returns {TrackDoc}
+ */
+function withoutGaps(doc, gaps) {
+  /** @param {number} track @returns {Span[]} */
+  const spansOf = (track) => gaps.filter((gap) => gap.track === track).map(({ first, last }) => [first, last]);
+  return { ...doc, segments: doc.segments.flatMap((segment) => partsOutside(segment, spansOf(segment.track))) };
+}
+
+/** The parts of a segment outside of these frames. @param {Segment} segment @param {Span[]} spans @returns {Segment[]} */
+function partsOutside({ track, first, last }, spans) {
+  return subtractSpans([[first, last]], spans).map(([a, b]) => ({ track, first: a, last: b }));
 }
 
 /** The frames that a track has and that are not marked as outside. @param {TrackDoc} doc @returns {Span[]} */

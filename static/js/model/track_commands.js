@@ -37,7 +37,7 @@ export function merge(docs, doc, command) {
     if (!other || other.gone || key === doc.key) {
       throw new CommandError(`Track ${key} cannot be merged: it is gone, or the same track.`);
     }
-    doc = join(doc, other);
+    doc = join(doc, other, command.gaps);
     changed[key] = { ...other, gone: true, merged_into: doc.key };
   }
   // an earlier segment must not change the label
@@ -53,6 +53,7 @@ export function merge(docs, doc, command) {
  */
 export function split(docs, doc, command) {
   const { frame } = command;
+  const origin = originTrack(doc);
   const newKey = requireValue(command.new_key, 'new_key');
   if (docs[newKey]) throw new CommandError(`There is a track ${newKey} already.`);
   for (const [end, box] of lineEnds(doc, frame)) doc = withKey(doc, end, { box });
@@ -81,15 +82,8 @@ export function split(docs, doc, command) {
     throw new CommandError(`Track ${doc.key} has nothing on one side of frame ${frame}. Split it in between.`);
   }
   const class_id = command.class_id ?? null;
-  return { [earlierDoc.key]: withClass(earlierDoc, class_id), [laterDoc.key]: withClass(laterDoc, class_id) };
-}
-
-/**
- * The document with its earlier class as its own, if it has lost every part that the engine's label comes from.
- * @param {TrackDoc} doc
- * @param {number|null} class_id
- * @returns {TrackDoc}
- */
-function withClass(doc, class_id) {
-  return doc.class_id !== null || originTrack(doc) !== null ? doc : { ...doc, class_id };
+  const halves = [earlierDoc, laterDoc].map((half) =>
+    half.class_id === null && originTrack(half) !== origin ? { ...half, class_id } : half,
+  );
+  return Object.fromEntries(halves.map((half) => [half.key, half]));
 }

@@ -1,7 +1,9 @@
 // @ts-check
 /** Merging tracks. If they have boxes in the same frames, the user decides which boxes stay. */
 
+import { docOf } from '../editing/revisions.js';
 import { labelOf } from '../model/effective.js';
+import { engineGaps } from '../model/engine_gaps.js';
 import { subtractSpans } from '../model/join.js';
 import { intersectSpans, countFrames } from '../model/shown_spans.js';
 import { trackEntries } from '../model/track_entries.js';
@@ -69,7 +71,9 @@ export function mergeTracks(app, key, others) {
   if (!review) return false;
   const doc = review.docs[key];
   const class_id = doc ? labelOf(doc, (track) => engineClass(review, track)) : null;
-  if (!app.edit({ name: 'merge', frame: review.frame, key, others: [...others], class_id })) return false;
+  const merged = [key, ...others].flatMap((each) => docOf(review, each) ?? []);
+  const gaps = engineGaps(review.lanes, new Set(merged.flatMap(({ segments }) => segments.map(({ track }) => track))));
+  if (!app.edit({ name: 'merge', frame: review.frame, key, others: [...others], class_id, gaps })) return false;
   app.store.dispatch((state) => select(setMode(state, 'select'), key));
   return true;
 }

@@ -31,6 +31,9 @@ class ToyEvidence:
     def all_spans(self, _run_id: str) -> dict[int, tuple[int, int]]:
         return self.spans
 
+    def gaps(self, _run_id: str, track: int) -> list[tuple[int, int | None]]:
+        return [(self.spans[track][1] + 1, None)]
+
     def label(self, _run_id: str, track: int) -> int | None:
         return self.labels.get(track)
 

@@ -15,7 +15,7 @@ from pydantic import TypeAdapter
 
 from app.edits.apply import CommandError, apply_command
 from app.edits.commands import Command
-from app.edits.documents import TrackDoc
+from app.edits.documents import OPEN_END, Segment, TrackDoc
 from app.edits.effective import box_at
 from tests.app.edits.random_commands import (
     SPANS,
@@ -65,6 +65,12 @@ def splits(seed: int) -> list[dict[str, Any]]:
         for reported in ({}, {"class_id": 14}):
             raw = {"name": "split", "frame": frame, "key": key, "new_key": "hpart0001", **reported}
             found.append(_case(f"{key} at {frame}, told {reported.get('class_id')}", docs, raw, rng)[0])
+    for key in ("m1", "hdrawn01"):
+        merged = docs | apply_command(
+            docs, ADAPTER.validate_python({"name": "merge", "frame": 0, "key": key, "others": ["m2"]})
+        )
+        raw = {"name": "split", "frame": 50 if key == "hdrawn01" else 25, "key": key, "new_key": "hpart0001"}
+        found.append(_case(f"{key} with two engine tracks", merged, {**raw, "class_id": 14}, rng)[0])
     return found
 
 
@@ -98,6 +104,15 @@ def merges(seed: int) -> list[dict[str, Any]]:
     for key, class_id in (("hpart0001", 14), ("hpart0001", None), ("hdrawn01", None), ("hnamed01", None), ("m3", 14)):
         raw = {"name": "merge", "frame": 60, "key": key, "others": ["m1"], "class_id": class_id}
         found.append(_case(f"m1 into {key}, told {class_id}", docs, raw, rng)[0])
+    docs |= _edited(
+        {"name": "create_track", "frame": 4, "key": "hline001", "box": random_box(rng)},
+        {"name": "set_box", "frame": 64, "key": "hline001", "box": random_box(rng)},
+    )
+    docs["m1"] = docs["m1"].model_copy(update={"segments": (Segment(track=1, first=0, last=OPEN_END),)})
+    gaps = [{"track": 1, "first": first, "last": last} for first, last in ((6, 6), (13, 13), (20, OPEN_END))]
+    for key, others in (("m1", ["hline001"]), ("m1", ["m3"]), ("hpart0001", ["m1"])):
+        raw = {"name": "merge", "frame": 60, "key": key, "others": others, "gaps": gaps}
+        found.append(_case(f"{others[0]} into {key} with gaps", docs, raw, rng)[0])
     return found
 
 

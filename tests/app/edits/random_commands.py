@@ -25,6 +25,13 @@ def engine_box(track: int, frame: int) -> tuple[float, float, float, float] | No
     return (100.0 * track + frame, 10.0, 100.0 * track + frame + 20, 30.0)
 
 
+def engine_gaps(track: int) -> list[tuple[int, int | None]]:
+    """The frames of a toy track without a box, as the evidence gives them."""
+    first, last = SPANS[track]
+    ended = last if engine_box(track, last) else last - 1
+    return [*((f, f) for f in range(first, ended) if engine_box(track, f) is None), (ended + 1, None)]
+
+
 def initial_documents() -> dict[str, TrackDoc]:
     """Documents of the toy tracks before any edit."""
     return {f"m{t}": engine_doc(t, *span) for t, span in SPANS.items()}

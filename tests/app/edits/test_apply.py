@@ -12,11 +12,18 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from app.edits.apply import CommandError, apply_command, touched_keys
+from app.edits.apply import CommandError, apply_command, touched_keys, with_gaps
 from app.edits.commands import Command
 from app.edits.documents import NO_CLASS, OPEN_END, KeyFrame, TrackDoc, engine_doc
 from app.edits.effective import Effective, box_at, effective_track
-from tests.app.edits.random_commands import SPANS, engine_box, initial_documents, interrupted_lines, random_command
+from tests.app.edits.random_commands import (
+    SPANS,
+    engine_box,
+    engine_gaps,
+    initial_documents,
+    interrupted_lines,
+    random_command,
+)
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
 GOLDEN = [
@@ -191,6 +198,18 @@ def test_a_half_without_boxes_of_the_engine_keeps_its_class() -> None:
     assert apply(docs, name="split", key="m1", frame=35, new_key="hlater1")["hlater1"].class_id is None
 
 
+@pytest.mark.parametrize("key", ["m1", "hdrawn1"])
+def test_a_half_of_another_engine_track_keeps_the_label_of_the_whole(key: str) -> None:
+    """The whole shows the label of m1, 14, also in the frames of m3."""
+    docs = apply(initial_documents(), name="create_track", key="hdrawn1", frame=45, box=[0, 0, 9, 9])
+    for other in {"m1", "m3"} - {key}:
+        docs = apply(docs, name="merge", key=key, frame=45, others=[other])
+    docs[key] = docs[key].model_copy(update={"class_id": None})
+    halves = apply(docs, name="split", key=key, frame=50, new_key="hlater1", class_id=14)
+    assert [s.track for s in halves["hlater1"].segments] == [3]
+    assert (halves[key].class_id, halves["hlater1"].class_id) == (None, 14)
+
+
 @pytest.mark.parametrize(
     ("command", "why"),
     [
@@ -224,17 +243,13 @@ def test_merge_keeps_the_boxes_of_both(seed: int, length: int) -> None:
         for other in alive:
             if key == other:
                 continue
-            merged = apply(docs, name="merge", key=key, others=[other], frame=0)
+            command = ADAPTER.validate_python({"name": "merge", "key": key, "others": [other], "frame": 0})
+            merged = {**docs, **apply_command(docs, with_gaps(docs, command, engine_gaps))}
             assert merged[other].gone
             assert merged[other].merged_into == key
             for f in range(76):
                 first, second, now = (box_shown(d, f) for d in (docs[key], docs[other], merged[key]))
-                last = docs[key].last_key(f)
-                outside = last is not None and docs[key].keys[str(last)].outside
-                if first is not None:
-                    assert is_near(now, first), (key, other, f)
-                elif outside or not any(s.first <= f <= s.last for s in docs[key].segments):
-                    assert is_near(now, second), (key, other, f)
+                assert is_near(now, second if first is None else first), (key, other, f)
 
 
 @settings(max_examples=60, deadline=None)

@@ -19,11 +19,12 @@ from sqlalchemy import func, select
 
 from app.edits.commands import Command, Redo, Undo
 from app.edits.documents import OPEN_END, KeyFrame, Note, TrackDoc
+from app.edits.effective import box_at
 from app.edits.views import EditAnswer
 from app.errors import Conflict, Invalid, NotFound, PreconditionRequired
 from app.storage.models import Edit, Event, Run, Video
 from tests.app.edits.edit_services import FRAMES, VIDEO, EditServices
-from tests.app.edits.random_commands import initial_documents, random_command
+from tests.app.edits.random_commands import engine_box, initial_documents, random_command
 from tests.waiting import TIME_FACTOR
 
 ADAPTER: TypeAdapter[Any] = TypeAdapter(Command)
@@ -230,6 +231,21 @@ def test_a_growing_track_stays_open_until_the_run_is_complete(edits: EditService
     undo_or_redo(edits, "4", Undo, "op-00000003")
     undo_or_redo(edits, "5", Undo, "op-00000002")
     undo_or_redo(edits, "6", Undo, "op-00000001")
+
+
+@pytest.mark.parametrize(("key", "other"), [("m1", "m3"), ("m3", "m1"), ("m1", "hdrawn1")])
+def test_a_merge_during_a_run_keeps_boxes_after_the_end_of_a_track(edits: EditServices, key: str, other: str) -> None:
+    """m1 has ended at frame 20, but its document stays open until the run is complete."""
+    with edits.database.write() as session:
+        session.get_one(Run, edits.run).state = "running"
+    send(edits, "1", {"name": "create_track", "frame": 60, "key": "hdrawn1", "box": [0, 0, 9, 9]}, {})
+    revisions = {key: 0, other: int(other == "hdrawn1")}
+    send(edits, "2", {"name": "merge", "frame": 60, "key": key, "others": [other]}, revisions)
+    with edits.database.write() as session:
+        session.get_one(Run, edits.run).state = "complete"
+    answer = send(edits, "3", {"name": "set_review", "frame": 60, "key": key, "review": "accepted"}, {key: 1})
+    boxes = {f for f in range(FRAMES) if box_at(answer.docs[0], f, engine_box)}
+    assert boxes >= {0, 20 - 1, 60}
 
 
 def test_twenty_clients_at_once_lose_nothing(edits: EditServices) -> None:

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 from collections import Counter
+from contextlib import closing
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from app.evidence.service import EvidenceService
 from app.evidence.tracks import read_track_properties
-from tests.app import toy_home
+from app.settings import Settings
+from app.storage.database import Database
+from tests.app import long_run, toy_home
 from tsr_engine.errors import TsrError
+from tsr_engine.evidence.schema import DATABASE
 
 CODES = {"detected": 0, "predicted": 1, "relocalised": 2}
 
@@ -79,6 +86,24 @@ def test_lanes_are_runs_of_equal_source(home: Any) -> None:
             expected.append((track, run[0], run[-1], source))
     assert list(zip(*(lanes[name] for name in ("track", "first", "last", "source")), strict=True)) == expected
     assert len({source for *_, source in expected}) >= 2
+
+
+def test_gaps_lie_between_the_boxes_of_a_track_and_after_its_end(tmp_path: Path) -> None:
+    made = long_run.make_long_run(tmp_path, frames=200, tracks=6)
+    settings = Settings(home=tmp_path)
+    evidence = EvidenceService(settings, Database(settings.database))
+    spans = evidence.all_spans(made.run_id)
+    ended = next(track for track, (_, last) in spans.items() if last < 199)
+    first, last = spans[ended]
+    newest = max(spans, key=lambda track: spans[track][1])
+    with closing(sqlite3.connect(tmp_path / "runs" / made.run_id / DATABASE)) as store, store:
+        missing = first + 1, first + 3, first + 4
+        store.execute(f"DELETE FROM track_frames WHERE track_id = {ended} AND frame IN {missing}")
+        store.execute(f"DELETE FROM frames WHERE frame > {spans[newest][1]}")
+    assert evidence.gaps(made.run_id, ended) == [(first + 1, first + 1), (first + 3, first + 4), (last + 1, None)]
+    assert evidence.gaps(made.run_id, newest) == [], "it goes on"
+    assert evidence.gaps(made.run_id, 999) == []
+    evidence.close()
 
 
 def test_a_run_without_stored_frames_has_no_tracks(home: Any) -> None:

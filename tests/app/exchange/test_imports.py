@@ -128,6 +128,18 @@ def test_ignored_boxes_are_reported_and_a_run_without_marks_has_no_log(api: Exch
     assert api.get(f"/api/runs/{found['id']}/edits")["edits"] == []
 
 
+def test_a_merge_fills_the_gaps_of_an_imported_track(api: ExchangeClient) -> None:
+    places = [(frame, track) for track, frames in ((1, (3, 4, 7, 8)), (2, (5, 7, 10))) for frame in frames]
+    rows = [f"{frame},{track},{10 * track},10,{10 * track + 9},30,14" for frame, track in places]
+    content = "\n".join(["frame,track_id,x1,y1,x2,y2,class_id", *rows]).encode()
+    run = api.import_file(content, "run", name="gappy.csv", format="tracks-csv")["id"]
+    merge = {"name": "merge", "frame": 3, "key": "m1", "others": ["m2"]}
+    api.edit(merge, {"m1": 0, "m2": 0}, run=run)
+    (track,) = api.tracks(run).values()
+    left_edges = dict(zip(track.frames.tolist(), track.boxes[:, 0].tolist(), strict=True))
+    assert left_edges == {3: 10, 4: 10, 5: 20, 7: 10, 8: 10, 10: 20}
+
+
 def test_corrections_from_elsewhere_are_one_operation(api: ExchangeClient, annotations: bytes) -> None:
     before = api.tracks()
     api.make_corrections()

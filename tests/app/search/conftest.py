@@ -75,10 +75,7 @@ class Library:
 
 @pytest.fixture
 def library(server: Server, tracked_home: ToyHome, run: str) -> Iterator[Library]:
-    """A library whose newest run is fresh.
-
-    The run is removed at the end: the index reads all runs of a video again whenever it gets a new one.
-    """
+    """A library whose newest run is fresh; it is removed at the end."""
     with tracked_home.database.write() as session:
         tracked_home.events.publish(session, "run", run, {"state": "complete"})
     library = Library(server, tracked_home, run)

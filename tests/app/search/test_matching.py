@@ -57,9 +57,9 @@ class RecordingEvidence(EvidenceService):
         self.asked.append(run_id)
         return super().stored_run(run_id)
 
-    def tracks(self, run_id: str) -> bytes:
+    def uncertainties(self, run_id: str) -> dict[int, float]:
         self.listed.append(run_id)
-        return super().tracks(run_id)
+        return super().uncertainties(run_id)
 
 
 class IndexedLibrary:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import base64
 import json
+import shutil
+from pathlib import Path
 
 import pytest
 
+from app.files.shared import ensure_local
+from app.settings import Settings
 from tests.app.edits.edit_client import EditClient
 from tests.app.search.conftest import Library
 
@@ -111,6 +115,27 @@ def test_a_removed_run_is_not_found(library: Library) -> None:
     found = library.search(runs="all", limit=500)
     assert library.run not in {track["run"] for track in found["tracks"]}
     assert library.search()["total"] > 0  # the previous run represents the video again
+
+
+def test_only_a_new_run_is_read(library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither the other runs of the video again, nor one of them to compare with."""
+    home = library.home
+    assert library.search(runs="all")["unread"] == 0
+    new = home.add_run()
+    shutil.copytree(home.folder, home.settings.home / "runs" / new)
+    fetched: set[str] = set()
+
+    def record(settings: Settings, place: str | None, name: str) -> Path:
+        fetched.add(name)
+        return ensure_local(settings, place, name)
+
+    monkeypatch.setattr("app.evidence.service.ensure_local", record)
+    with home.database.write() as session:
+        home.events.publish(session, "run", new, {"state": "complete"})
+    found = library.search(runs="all", limit=500)["tracks"]
+    assert len([track for track in found if track["run"] == new]) >= 2
+    assert fetched == {f"runs/{new}"}
+    assert library.server.client.delete(f"/api/runs/{new}").is_success
 
 
 def test_an_edit_after_the_removal_of_an_edited_run_is_found(library: Library) -> None:

@@ -2,8 +2,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { blankDoc } from '../../../static/js/model/documents.js';
-import { merge, sharedFrames, describeSharedFrames } from '../../../static/js/operations/merge.js';
+import { blankDoc, emptyDoc } from '../../../static/js/model/documents.js';
+import { merge, mergeTracks, sharedFrames, describeSharedFrames } from '../../../static/js/operations/merge.js';
 import { changeReview } from '../../../static/js/store/actions/review.js';
 import { nearestFrame } from '../../../static/js/views/dialogs/merge.js';
 import { createEditorFixture } from '../editing/editor_fixture.js';
@@ -91,4 +91,18 @@ test('what is shown is the common frame nearest to the cursor', () => {
     ),
     [10, 12, 20, 30],
   );
+});
+
+test('a merge during a run keeps the boxes after the end of a track', async () => {
+  const { store, editor, review: now, end } = await createEditorFixture();
+  const tracks = { ...syntheticRun(200, 2).tracks, id: [1, 2], first: [0, 50], last: [20, 150] };
+  const lanes = { track: [1, 2], first: [0, 50], last: [20, 150], source: [0, 0] };
+  const run = /** @type {any} */ ({ ...now().run, state: 'running' });
+  store.dispatch(changeReview, { tracks, lanes, run });
+  assert.ok(mergeTracks({ store, edit: editor.edit }, 'm1', ['m2']));
+  assert.deepEqual(now().docs.m1.segments, [
+    { track: 1, first: 0, last: 49 },
+    emptyDoc({ track: 2, first: 50, last: 150 }, true).segments[0],
+  ]);
+  end();
 });

@@ -13,6 +13,7 @@ from tsr_engine.exchange.dataset import Dataset, Track
 from tsr_engine.exchange.export import export_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.registry import format_named
+from tsr_engine.exchange.relabel import unite_label_sets
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import Label, LabelSet
@@ -187,6 +188,24 @@ def test_exports_before_and_after_a_merge_teach_one_class(newest_first: bool) ->
     assert further == ("allj",)
     found = result(exports, ("x", *further))
     assert sorted(one for each in found for one in each.items()) == [("m1", ("sign", 1)), ("m2", ("sign", 1))]
+
+
+def test_an_export_of_two_label_sets_has_the_merges_of_its_first_set() -> None:
+    before = CUSTOM_SET.model_copy(
+        update={
+            "version": 3,
+            "labels": (*CUSTOM_SET.labels[:4], CUSTOM_SET.labels[4].model_copy(update={"merged_into": None})),
+        }
+    )
+    theirs = LabelSet(key="theirs", name="Theirs", next_id=9, labels=(Label(id=8, key="goal", name="goal"),))
+    parts = [(CUSTOM_SET.model_copy(update={"version": 4}), 1), (theirs, 8)]
+    videos = [(labels, make_video([separate_track("m2", 1, label=label)], None)) for labels, label in parts]
+    united, (first, _) = unite_label_sets(videos)
+    exports = [
+        opened([separate_track("m1", 0, label=5)], before),
+        OpenedExport(Dataset(united, (first,)), ({},), {}, {"name": "b.zip"}),
+    ]
+    assert new_label_keys(exports, ("x",)) == ("allj",)
 
 
 def test_label_sets_of_two_libraries_are_kept_apart() -> None:

@@ -14,9 +14,10 @@ from tests.training.corrected_tracks import make_track, make_video, write_video
 from tsr_engine.errors import ImportFormatError, InputError
 from tsr_engine.exchange.dataset import Dataset, Skipped
 from tsr_engine.exchange.export import export_dataset
-from tsr_engine.exchange.filters import Filters, filter_dataset, with_left_out
+from tsr_engine.exchange.filters import Filters, filter_dataset
 from tsr_engine.exchange.formats import ExportOptions
 from tsr_engine.exchange.registry import format_named
+from tsr_engine.io.gtsdb import Scene
 from tsr_engine.labels.files import DEFAULT, shipped_set
 from tsr_engine.training.corrections.corrected_scenes import (
     CorrectedScene,
@@ -120,7 +121,11 @@ def _signs(scenes: list[CorrectedScene]) -> set[str]:
 
 
 def _three_videos(scenes: list[CorrectedScene]) -> list[CorrectedScene]:
-    return [replace(s, video=v, signs=tuple(f"{v}/{n}" for n in s.signs)) for v in "abc" for s in scenes]
+    def of_video(scene: CorrectedScene, video: str) -> CorrectedScene:
+        signs, rejected = (tuple(f"{video}/{n}" for n in names) for names in (scene.signs, scene.rejected_tracks))
+        return replace(scene, video=video, signs=signs, rejected_tracks=rejected)
+
+    return [of_video(scene, video) for video in "abc" for scene in scenes]
 
 
 def test_too_many_signs_are_sampled_evenly_over_classes(tmp_path: Path) -> None:
@@ -158,6 +163,34 @@ def test_signs_of_one_video_are_ignored_on_the_other_side(scenes: list[Corrected
     assert len(holdout.signs) == 1
     assert _signs(holdout.held) == holdout.signs
     assert not _signs(holdout.training) & holdout.signs
+
+
+def _rejected(scenes: list[CorrectedScene]) -> set[str]:
+    return {name for scene in scenes for name in scene.rejected_tracks}
+
+
+@pytest.mark.parametrize("given", [None, {"v/s1": "val", "v/r2": "test"}])
+def test_rejected_tracks_of_one_video_are_ignored_on_the_other_side(given: dict[str, str] | None) -> None:
+    def frame(number: int) -> CorrectedScene:
+        boxes = np.array([[10.0 * k, 0.0, 10.0 * k + 9, 9.0] for k in range(6)])
+        scene = Scene(f"v#{number}", Path("x.png"), boxes[:2], np.zeros(2, np.int64))
+        return CorrectedScene(scene, "v", ("v/s0", "v/s1"), boxes[2:], tuple(f"v/r{k}" for k in range(4)))
+
+    scenes = [frame(number) for number in range(3)]
+    holdout = hold_out(scenes, 0, 0.25, given)
+    assert len(_rejected(holdout.held)) == 1
+    assert given is None or _rejected(holdout.held) == {"v/r2"}
+    assert _rejected(holdout.training) == _rejected(scenes) - _rejected(holdout.held)
+    for s in (*holdout.training, *holdout.held):
+        assert len(s.rejected) == len(s.rejected_tracks)
+        assert len(s.scene.ignored) == 6 - len(s.signs) - len(s.rejected_tracks)
+
+
+def test_rejected_tracks_of_a_held_out_video_are_held_out(scenes: list[CorrectedScene]) -> None:
+    holdout = hold_out(_three_videos(scenes), 4, 0.25)
+    (video,) = {s.video for s in holdout.held}
+    assert _rejected(holdout.held) == {f"{video}/toy.mp4/m2"}
+    assert len(_rejected(holdout.training)) == 2
 
 
 def test_the_split_of_an_export_is_kept_and_one_sign_is_never_held_out(scenes: list[CorrectedScene]) -> None:
@@ -254,7 +287,7 @@ class TestExports:
         options = ExportOptions(pictures="annotated")
         out = tmp_path / "export"
         chosen = format_named(format)
-        export_dataset(with_left_out(part, whole), chosen, out, options, zipped=False, about=about)
+        export_dataset(part, chosen, out, options, zipped=False, about=about)
         opened = open_export(out, lambda *_: path, tmp_path)
         found = corrected_scenes(opened.dataset, tmp_path / "work", Sampling(signs=20, background=25))
         for s in found:
@@ -270,7 +303,7 @@ class TestExports:
         tracks = [make_track("m1"), make_track("m2", 10, first=25, state="open")]
         path = write_video(tmp_path / "toy.mp4", tracks)
         whole = Dataset(shipped_set(DEFAULT), (replace(make_video(tracks, path), sha256="ab" * 32),))
-        accepted = with_left_out(filter_dataset(whole, Filters(states=frozenset({"accepted"}))), whole)
+        accepted = filter_dataset(whole, Filters(states=frozenset({"accepted"})))
 
         def notes(dataset: Dataset, earlier: bool, **asked: object) -> tuple[str, ...]:
             out = tmp_path / "export"

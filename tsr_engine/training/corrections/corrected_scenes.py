@@ -68,23 +68,29 @@ class CorrectedScene:
         video: name of the video.
         signs: name of the physical sign of each box.
         rejected: boxes of rejected tracks, shape (k, 4).
+        rejected_tracks: name of the track of each.
     """
 
     scene: Scene
     video: str
     signs: tuple[str, ...]
     rejected: FloatArray = field(default_factory=lambda: np.zeros((0, 4)))
+    rejected_tracks: tuple[str, ...] = ()
 
     def without(self, held: frozenset[str]) -> CorrectedScene:
-        """The scene with some signs ignored, because they belong to another part of a split."""
+        """The scene with some signs and rejected tracks ignored, because they belong to another part of a split."""
         kept = np.array([sign not in held for sign in self.signs], dtype=bool)
-        if kept.all():
+        kept_rejected = np.array([track not in held for track in self.rejected_tracks], dtype=bool)
+        if kept.all() and kept_rejected.all():
             return self
         scene = self.scene
-        ignored = np.concatenate([scene.ignored, scene.boxes[~kept]])
-        left = Scene(scene.name, scene.path, scene.boxes[kept], scene.class_ids[kept], ignored)
+        ignored = np.concatenate([scene.ignored, scene.boxes[~kept], self.rejected[~kept_rejected]])
         return CorrectedScene(
-            left, self.video, tuple(s for s, k in zip(self.signs, kept, strict=True) if k), self.rejected
+            Scene(scene.name, scene.path, scene.boxes[kept], scene.class_ids[kept], ignored),
+            self.video,
+            tuple(sign for sign in self.signs if sign not in held),
+            self.rejected[kept_rejected],
+            tuple(track for track in self.rejected_tracks if track not in held),
         )
 
 
@@ -163,6 +169,7 @@ class _Frame:
     signs: list[str] = field(default_factory=list)
     ignored: list[FloatArray] = field(default_factory=list)
     rejected: list[FloatArray] = field(default_factory=list)
+    rejected_tracks: list[str] = field(default_factory=list)
 
 
 def _choose_tracks(dataset: Dataset, max_tracks: int, seed: int) -> frozenset[tuple[str, str]]:
@@ -208,7 +215,8 @@ def _scenes_of_video(
             np.array(frame.classes, dtype=np.int64),
             _rows(frame.ignored),
         )
-        scenes.append(CorrectedScene(scene, name, tuple(frame.signs), _rows(frame.rejected)))
+        rejected = _rows(frame.rejected), tuple(frame.rejected_tracks)
+        scenes.append(CorrectedScene(scene, name, tuple(frame.signs), *rejected))
     return scenes
 
 
@@ -216,7 +224,7 @@ def _rows(boxes: Sequence[FloatArray]) -> FloatArray:
     return np.array(boxes, dtype=np.float64).reshape(-1, 4)
 
 
-def _add_track(frames: dict[int, _Frame], track: Track, sign: str, min_width: float, chosen: bool) -> None:
+def _add_track(frames: dict[int, _Frame], track: Track, name: str, min_width: float, chosen: bool) -> None:
     """Add a track to the frames that are used."""
     kind = verdict(track) if chosen else "unknown"
     clear = _is_clear(track, min_width)
@@ -226,10 +234,11 @@ def _add_track(frames: dict[int, _Frame], track: Track, sign: str, min_width: fl
         label = int(track.label if track.labels is None else track.labels[i])
         if kind == "rejected" and not ignored[i]:
             frame.rejected.append(box)
+            frame.rejected_tracks.append(name)
         elif kind == "sign" and clear[i] and label >= 0:
             frame.boxes.append(box)
             frame.classes.append(label)
-            frame.signs.append(sign)
+            frame.signs.append(name)
         else:
             frame.ignored.append(box)
 

@@ -41,11 +41,11 @@ _SHARES = {
 
 @dataclass(frozen=True, slots=True)
 class HoldoutSplit:
-    """Corrected frames in two parts that share no sign.
+    """Corrected frames in two parts that share no sign and no rejected track.
 
     Attributes:
-        training: frames to learn from; signs that are held out are ignored in them.
-        held: frames for figures; signs that train are ignored in them. Empty: too few signs to hold any out.
+        training: frames to learn from; what is held out is ignored in them.
+        held: frames for figures; what trains is ignored in them. Empty: too few signs to hold any out.
         by: ``video``, ``sign``, ``export`` (the split that the export came with) or ``none``.
         signs: names of the held-out signs.
     """
@@ -90,7 +90,17 @@ def hold_out(
     videos -= {scene.video for scene in scenes if rest & set(scene.signs)}
     training = [s for s in scenes if s.video not in videos and (rest & set(s.signs) or not s.signs)]
     tested = [s for s in scenes if s.video in videos or held & set(s.signs)]
-    return HoldoutSplit([s.without(held) for s in training], [s.without(rest) for s in tested], by, held)
+    rejected = frozenset(track for scene in scenes for track in scene.rejected_tracks)
+    away = frozenset(track for s in tested if s.video in videos for track in s.rejected_tracks)
+    # of a video with signs in both parts, as many rejected tracks are held out as signs
+    parted = {scene.video for scene in tested} - videos
+    shared = sorted({track for scene in scenes if scene.video in parted for track in scene.rejected_tracks})
+    if by == "export" and given_split is not None:
+        away |= {track for track in shared if given_split.get(track, "train") != "train"}
+    else:
+        away |= {str(track) for track in rng.permutation(shared)[: round(share * len(shared))]}
+    training = [scene.without(held | away) for scene in training]
+    return HoldoutSplit(training, [s.without(rest | (rejected - away)) for s in tested], by, held)
 
 
 def _draw_held_out(
