@@ -185,7 +185,7 @@ def load_settings(**values: object) -> Settings:
     except ValidationError as error:
         first = error.errors()[0]
         name = "_".join(str(part) for part in first["loc"])
-        wrong = f"cannot be {first['input']!r}"
+        wrong = "is wrong" if name == "token" else f"cannot be {first['input']!r}"  # a log must not hold the secret
         reason = first["msg"].removeprefix("Value error, ")
         raise UsageError(f"The setting {name} (TSR_{name.upper()}) {wrong}: {reason}.") from None
     if settings.files is not None and not (settings.database_url or "").startswith("postgresql"):

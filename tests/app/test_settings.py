@@ -35,6 +35,12 @@ def test_a_wrong_value_is_one_sentence(name: str, value: object) -> None:
         load_settings(**{name: value})
 
 
+def test_a_wrong_token_is_not_printed() -> None:
+    with pytest.raises(UsageError, match="TSR_TOKEN.* at least 16 characters") as refused:
+        load_settings(token="geheim")
+    assert "geheim" not in str(refused.value)
+
+
 @pytest.mark.parametrize("host", ["https://tsr.example", "tsr.example:8443", "tsr.example/", "*", "::1"])
 def test_an_allowed_host_that_no_request_can_name_is_refused(host: str) -> None:
     with pytest.raises(UsageError, match=re.escape(f"{host!r} is not a name of a host such as tsr.example")) as refused:
