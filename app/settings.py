@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import getpass
 import os
+import re
 from ipaddress import ip_network
 from pathlib import Path
 from typing import Annotated
@@ -22,6 +23,7 @@ MAKE_HOME = Path("out", "review")
 """Data folder of ``make review``, from the folder of its Makefile."""
 
 
+_HOST_NAME = re.compile(r"[A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]")
 _MAX_CORES = 16
 """Default limit of cores: each thread takes address space (``worker_memory_mb``), and tracking uses one core anyway."""
 
@@ -115,6 +117,14 @@ class Settings(BaseSettings):
             return value
         return tuple(part.strip() for part in _parts(value, ",") if part.strip())
 
+    @field_validator("allowed_hosts", mode="after")
+    @classmethod
+    def _host_names(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for text in value:
+            if not _HOST_NAME.fullmatch(text):
+                raise ValueError(f"{text!r} is not a name of a host such as tsr.example, without https:// and port")
+        return value
+
     @field_validator("trusted_proxies", mode="after")
     @classmethod
     def _networks(cls, value: tuple[str, ...]) -> tuple[str, ...]:
@@ -175,8 +185,9 @@ def load_settings(**values: object) -> Settings:
     except ValidationError as error:
         first = error.errors()[0]
         name = "_".join(str(part) for part in first["loc"])
-        wrong = f"The setting {name} (TSR_{name.upper()}) cannot be {first['input']!r}"
-        raise UsageError(f"{wrong}: {first['msg']}.") from None
+        wrong = "is wrong" if name == "token" else f"cannot be {first['input']!r}"  # a log must not hold the secret
+        reason = first["msg"].removeprefix("Value error, ")
+        raise UsageError(f"The setting {name} (TSR_{name.upper()}) {wrong}: {reason}.") from None
     if settings.files is not None and not (settings.database_url or "").startswith("postgresql"):
         raise UsageError(
             "Shared files (TSR_FILES) are for servers that share a PostgreSQL. Set TSR_DATABASE_URL too, or leave "

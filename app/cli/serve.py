@@ -179,6 +179,8 @@ def _lock_data(settings: Settings) -> list[int]:
     if database is not None:
         place = database.with_name(f"{database.name}.lock")
         locks.append(_lock(place, f"the database {database}", "--home" if database.parent == home else "--database"))
+        if database.exists() and not os.access(database, os.W_OK, effective_ids=True):
+            raise StorageError(f"The database {database} cannot be written. Give the file to the user of the server.")
     return locks
 
 

@@ -93,7 +93,11 @@ class Guard:
         host = headers.get("host", "")
         name = _without_port(host)
         if len(headers.getlist("host")) != 1 or not (name in self.hosts or (name and name == _server_address(scope))):
-            return 400, "bad_host", "This server does not answer under that name. Open the address that it printed."
+            message = (
+                "This server does not answer under that name. Open the address that it printed, or add the name to "
+                "TSR_ALLOWED_HOSTS."
+            )
+            return 400, "bad_host", message
         unsafe = scope["type"] == "websocket" or scope["method"] not in _SAFE_METHODS
         if unsafe and not _same_origin(headers, host, scope["scheme"]):
             return 403, "bad_origin", "The request comes from another page. Use the page of this server."

@@ -59,9 +59,10 @@ def _upgrade(engine: Engine, backup: Path | None) -> None:
             return
         known = {script.revision for script in scripts.walk_revisions()}
         if revision is not None and revision not in known:
+            other = "data folder with --home" if engine.dialect.name == "sqlite" else "database with --database"
             raise StorageError(
-                f"The database was written by a newer version of tsr (tables {revision}). Install that version, or "
-                "name another data folder with --home."
+                f"The database was written by a newer version of tsr (tables {revision}). Install that version, "
+                f"restore a backup of this version, or name another {other}."
             )
         if revision is not None and backup is not None:
             back_up(engine, backup)

@@ -14,6 +14,7 @@ import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -22,6 +23,7 @@ from app.settings import Settings
 from sample_videos import SHIPPED
 from tests.forked_program import ForkedProgram, run_forked
 from tests.waiting import time_limit
+from tsr_engine.errors import StorageError
 
 PROGRAM, WORDS = "app.cli.main:run", ["review", "--no-browser"]
 COMMAND = [sys.executable, "-c", "import sys; from app.cli.main import run; sys.exit(run())", *WORDS]
@@ -202,6 +204,22 @@ def test_refusals_are_sentences(tmp_path: Path) -> None:
         assert code in (2, 3, 6), said
         assert words in said
         assert "Traceback" not in said
+
+
+def test_a_database_that_cannot_be_written_is_refused() -> None:
+    """As after a restore that leaves the file to root."""
+    user = os.geteuid()
+    with TemporaryDirectory() as folder:  # not tmp_path, whose parents are closed to other users
+        home = Path(folder)
+        home.chmod(0o777)
+        (home / "tsr.sqlite").touch(0o444)
+        try:
+            if user == 0:
+                os.seteuid(65534)  # nothing is forbidden to root
+            with pytest.raises(StorageError, match=r"tsr\.sqlite cannot be written\. Give the file"):
+                serve(Settings(home=home, port=0, sample=False, workers=0), None, browser=False)
+        finally:
+            os.seteuid(user)
 
 
 def test_the_end_does_not_wait_for_garbage_collection(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -98,6 +98,7 @@ def test_a_foreign_host_is_refused_on_every_path(server: Server, host: str) -> N
         answer = server.client.get(path, headers={"Host": host})
         assert answer.status_code == 400, path
         assert answer.json()["error"]["code"] == "bad_host"
+        assert "TSR_ALLOWED_HOSTS" in answer.json()["error"]["message"]
 
 
 def test_our_own_names_are_accepted(server: Server) -> None:

@@ -35,6 +35,20 @@ def test_a_wrong_value_is_one_sentence(name: str, value: object) -> None:
         load_settings(**{name: value})
 
 
+def test_a_wrong_token_is_not_printed() -> None:
+    with pytest.raises(UsageError, match="TSR_TOKEN.* at least 16 characters") as refused:
+        load_settings(token="geheim")
+    assert "geheim" not in str(refused.value)
+
+
+@pytest.mark.parametrize("host", ["https://tsr.example", "tsr.example:8443", "tsr.example/", "*", "::1"])
+def test_an_allowed_host_that_no_request_can_name_is_refused(host: str) -> None:
+    with pytest.raises(UsageError, match=re.escape(f"{host!r} is not a name of a host such as tsr.example")) as refused:
+        load_settings(allowed_hosts=f"a.example,{host}")
+    assert "Value error" not in str(refused.value)
+    assert load_settings(allowed_hosts="a-b.example,[fe80::1],10.0.0.7").allowed_hosts[1] == "[fe80::1]"
+
+
 @pytest.mark.parametrize("hosts", [(), ("x.example",), ("x.example", "y.example")])
 def test_workers_get_the_same_settings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, hosts: tuple[str, ...]) -> None:
     roots = (tmp_path, Path("/"), tmp_path / "a:b", tmp_path / " [c], d ")

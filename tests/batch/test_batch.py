@@ -10,9 +10,10 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -134,6 +135,29 @@ def test_unfinished_work_on_other_frames_is_discarded(tmp_path: Path, monkeypatc
     drive.write_text("other frames")
     go(replace(wanted, ranges={drive: (5, None)}))
     assert found == [False, True, False, True, False]
+
+
+def test_the_time_left_counts_what_this_call_has_tracked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A drive that fails at once takes no time, and a resumed drive begins in its middle."""
+    for name in ("fails", "resumed", "waits"):
+        (tmp_path / f"{name}.mp4").write_text("frames")
+    clock = SimpleNamespace(now=0.0, monotonic=lambda: clock.now)
+
+    def track(
+        _tasks: Sequence[DriveTask], _jobs: int, update: Callable[[int, int, int], None], *_: object
+    ) -> Iterator[tuple[int, Outcome]]:
+        clock.now = 1.0
+        yield 0, Outcome(None, "It is no video.")
+        update(1, 15, 30)
+        clock.now = 10.0
+        update(1, 30, 30)
+        yield 1, Outcome({})
+
+    monkeypatch.setattr("tsr_engine.batch.run.run_locally", track)
+    monkeypatch.setattr("tsr_engine.batch.run.time", clock)
+    monkeypatch.setattr("tsr_engine.batch.run.write_summary", lambda *_: None)
+    _, reported = go(request(tmp_path, tmp_path / "out", {}))
+    assert [one.remaining for one in reported] == [None, 20.0]
 
 
 def test_a_name_that_is_not_utf8_does_not_stop_a_batch(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

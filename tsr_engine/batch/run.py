@@ -105,7 +105,7 @@ def run_batch(request: BatchRequest, progress: Callable[[BatchProgress], None], 
             else:
                 drive.state, drive.error, drive.result = "done", "", outcome.result
             save_manifest(manifest, request.out)
-            tracker.finish_drive(index)
+            tracker.finish_drive(index, drive.state == "done")
             progress(tracker.progress())
         write_summary(manifest, request.out)
         return manifest
@@ -205,7 +205,7 @@ def _adopt_finished(manifest: Manifest, request: BatchRequest) -> None:
 
 
 class _ProgressTracker:
-    """Frames and bytes done, for the rate and the time left; ``update`` is called by other threads."""
+    """Frames and bytes that this call has tracked, for the rate and the time left; other threads call ``update``."""
 
     def __init__(self, manifest: Manifest, todo: list[DriveState]) -> None:
         self._manifest = manifest
@@ -213,33 +213,39 @@ class _ProgressTracker:
         self._lock = threading.Lock()
         self._frames: dict[int, int] = {}
         self._first_frames: dict[int, int] = {}
-        self._shares = [0.0] * len(todo)
+        self._tracked = [0.0] * len(todo)
+        self._left = [1.0] * len(todo)
         self._start_time = time.monotonic()
 
     def update(self, index: int, done: int, total: int | None) -> None:
         with self._lock:
-            self._first_frames.setdefault(index, done if total is None or done < total else 0)
+            first = self._first_frames.setdefault(index, done if total is None or done < total else 0)
             self._frames[index] = done
             if total:
-                self._shares[index] = min(1.0, done / total)
+                self._tracked[index] = min(1.0, (done - first) / total)
+                self._left[index] = max(0.0, 1 - done / total)
 
-    def finish_drive(self, index: int) -> None:
+    def finish_drive(self, index: int, is_tracked: bool) -> None:
         with self._lock:
-            self._shares[index] = 1.0
+            if is_tracked:  # the rest of a failed drive took no time
+                self._tracked[index] += self._left[index]
+            self._left[index] = 0.0
 
     def progress(self) -> BatchProgress:
         with self._lock:
             elapsed = time.monotonic() - self._start_time
             frames = sum(n - self._first_frames[k] for k, n in self._frames.items())
-            done = sum(share * size for share, size in zip(self._shares, self._sizes, strict=True))
-            remaining_bytes = sum(self._sizes) - done
+            tracked, left = (
+                sum(share * size for share, size in zip(shares, self._sizes, strict=True))
+                for shares in (self._tracked, self._left)
+            )
         states = [drive.state for drive in self._manifest.drives]
         return BatchProgress(
             states.count("done"),
             states.count("failed"),
             len(states),
             frames / elapsed if frames and elapsed else None,
-            remaining_bytes * elapsed / done if done else None,
+            left * elapsed / tracked if tracked else None,
         )
 
 
