@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import time
 from pathlib import Path
 
@@ -41,8 +40,10 @@ KINDS = JobKinds(
         TaskKind(name="die", lane="short", load=lambda: die, on_failed=lambda *_: None, by_frame=True),
         TaskKind(name="leave", lane="long", load=lambda: leave, on_failed=lambda *_: None, by_frame=True),
     ),
-    worker="dying_worker",
+    worker="tests.attack.dying_worker",
 )
 
-if __name__ == "__main__":
-    sys.exit(main(KINDS, sys.argv[1:]))
+
+def do_jobs(arguments: list[str]) -> int:
+    """Behave like ``app.worker`` with these kinds, below the process that this one is forked from."""
+    return main(KINDS, [str(os.getppid()), *arguments])

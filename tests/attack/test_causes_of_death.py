@@ -19,14 +19,20 @@ from app.jobs import supervisor as supervising
 from app.jobs.exit_causes import TERMINATED, count_oom_kills, exit_cause
 from app.jobs.locks import holder_pid
 from app.jobs.queue import MAX_CRASHES, JobQueue
-from app.jobs.supervisor import Supervisor
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job
+from tests.app.jobs.job_server import ForkingSupervisor
 from tests.attack.dying_worker import KINDS
 from tests.waiting import wait_until
 
 pytestmark = pytest.mark.slow
+
+
+class DyingWorkers(ForkingSupervisor):
+    """A supervisor of workers of ``dying_worker``."""
+
+    program = "tests.attack.dying_worker:do_jobs"
 
 
 class WorkerHome:
@@ -37,7 +43,7 @@ class WorkerHome:
         self.database = Database(self.settings.database)
         self.database.migrate()
         self.jobs = JobQueue(EventBus(), KINDS)
-        self.supervisor = Supervisor(self.settings, self.database, self.jobs)
+        self.supervisor = DyingWorkers(self.settings, self.database, self.jobs)
 
     def submit(self, kind: str, **payload: Any) -> str:
         with self.database.write() as session:
@@ -59,9 +65,7 @@ def executor() -> str:
 
 
 @pytest.fixture
-def home(tmp_path: Path, executor: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[WorkerHome]:
-    folders = [str(Path(__file__).parent), str(Path(__file__).parents[2])]
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(folders))
+def home(tmp_path: Path, executor: str) -> Iterator[WorkerHome]:
     made = WorkerHome(tmp_path, executor)
     yield made
     made.supervisor.stop()

@@ -6,21 +6,22 @@ import io
 import json
 from contextlib import redirect_stdout
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
 from benchmarks.tuning.detector import main, parts, plan_with
 from tests.training.toy_scenes import write_gtsdb
+from tsr_engine.detection.acf import AcfModel
 from tsr_engine.errors import UsageError
 from tsr_engine.io.gtsdb import read_gtsdb
-from tsr_engine.training.public.detector import DetectorPlan
+from tsr_engine.training.public.detector import DetectorPlan, fit_detector
 from tsr_engine.training.public.detector_components import split_scenes
 
 SMALL = (
-    "rounds=[24, 48]", "mining_share=[1.0]", "feature_share=0.25", "jittered=8", "per_scene=30",
-    "sign_verifier.steps=80", "sign_verifier.drawn_crops=8", "sign_verifier.rings=8",
-    "sign_verifier.batch=48", "sign_verifier.network.filters=8", "sign_verifier.network.hidden=24",
+    "rounds=[16, 32]", "mining_share=[1.0]", "feature_share=0.25", "jittered=4", "per_scene=30",
+    "sign_verifier.steps=40", "sign_verifier.drawn_crops=2", "sign_verifier.rings=2",
+    "sign_verifier.batch=32", "sign_verifier.network.filters=8", "sign_verifier.network.hidden=24",
     "sign_verifier.network.warm_up=10",
     "refinement.views=1", "refinement.starts=4", "refinement.candidates=20", "refinement.boosting.trees=32",
     "refinement.boosting.depth=3", "refinement.boosting.feature_share=0.125", "box_refinement.steps=40",
@@ -31,7 +32,7 @@ SMALL = (
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_gtsdb(tmp_path_factory.mktemp("scenes"), 32, 1)
+    return write_gtsdb(tmp_path_factory.mktemp("scenes"), 24, 1)
 
 
 def test_each_scene_is_held_out_once_without_reported_scenes(folder: Path) -> None:
@@ -83,17 +84,29 @@ def call(folder: Path, *more: str) -> list[str]:
     return ["--gtsdb", str(folder), "--parts", "2", "--part", "1", "--seed", "3", *small, *more]
 
 
+class TrainedPart(NamedTuple):
+    """The printed row of a part, and the model that was trained for it."""
+
+    row: dict[str, Any]
+    model: tuple[AcfModel, dict[str, Any]]
+
+
 @pytest.fixture(scope="module")
-def row(folder: Path) -> dict[str, Any]:
-    """The printed row of a part."""
-    with redirect_stdout(io.StringIO()) as said:
+def trained(folder: Path) -> TrainedPart:
+    models: list[tuple[AcfModel, dict[str, Any]]] = []
+
+    def fit(*arguments: Any) -> tuple[AcfModel, dict[str, Any]]:
+        models.append(fit_detector(*arguments))
+        return models[-1]
+
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as said:
+        patch.setattr("benchmarks.tuning.detector.fit_detector", fit)
         assert main(call(folder)) == 0
-    found: dict[str, Any] = json.loads(said.getvalue())
-    return found
+    return TrainedPart(json.loads(said.getvalue()), *models)
 
 
-def test_a_part_is_trained_and_reported(folder: Path, row: dict[str, Any]) -> None:
-    held = parts(read_gtsdb(folder), 2, 3)[1][1]
+def test_a_part_is_trained_and_reported(folder: Path, trained: TrainedPart) -> None:
+    row, held = trained.row, parts(read_gtsdb(folder), 2, 3)[1][1]
     assert row["part"] == 1
     assert row["set"] == list(SMALL)
     assert (row["pictures"], row["signs"]) == (len(held), sum(len(s.boxes) for s in held))
@@ -101,8 +114,12 @@ def test_a_part_is_trained_and_reported(folder: Path, row: dict[str, Any]) -> No
     assert 0 <= row["lost"] <= 0.4 * row["signs"]
 
 
-def test_passes_of_the_box_refinement(folder: Path, row: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+def test_passes_of_the_box_refinement(
+    folder: Path, trained: TrainedPart, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They change what the trained model finds."""
+    monkeypatch.setattr("benchmarks.tuning.detector.fit_detector", lambda *_: trained.model)
     assert main(call(folder, "--passes", "0")) == 0
-    assert json.loads(capsys.readouterr().out)["mean_eq7"] != row["mean_eq7"]
+    assert json.loads(capsys.readouterr().out)["mean_eq7"] != trained.row["mean_eq7"]
     assert main(call(folder, "--passes", "9")) == UsageError.exit_code
     assert "--passes cannot be 9" in capsys.readouterr().err

@@ -1,4 +1,7 @@
-"""IncrementalSVC against batch solutions, after any sequence of adds and removals."""
+"""IncrementalSVC against batch solutions, after any sequence of adds and removals.
+
+All tests that need the repair are in this file: its kernel takes 13 s to compile, which two processes would do twice.
+"""
 
 from __future__ import annotations
 
@@ -267,6 +270,17 @@ def test_the_repair_solves_again_from_any_coefficients() -> None:
         model._coef = None
         assert model.kkt_residual() <= 1e-8
         np.testing.assert_allclose(model.decision_function(X), expected, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("C", [1e-3, 1.0, 1e4])
+def test_the_longest_samples_that_are_accepted_are_learned(C: float) -> None:
+    rng = np.random.default_rng(3)
+    X = rng.normal(size=(60, 3))
+    y = np.where(X[:, 0] + 0.5 * rng.normal(size=60) > 0, 1, -1)
+    X *= np.sqrt(0.999e12 / C / (X * X).sum(axis=1).max())
+    model = IncrementalSVC(C=C).partial_fit(X, y).unlearn(range(20))
+    assert model.kkt_residual() < 5e-3, "rounding of sums of C |x|^2"
+    assert IncrementalSVC(C=C, kernel="rbf", gamma=1.0).partial_fit(X * 1e3, y).kkt_residual() < 1e-9
 
 
 def test_same_calls_give_the_same_bits_and_copies_are_independent() -> None:

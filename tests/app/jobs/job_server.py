@@ -28,12 +28,18 @@ MAX_FRAME_IN_PROGRESS = 34
 
 
 class ForkingSupervisor(Supervisor):
-    """One whose workers are forked from a process that has loaded the engine."""
+    """One whose workers are forked from a process that has loaded the engine.
+
+    Attributes:
+        program: the workers' program.
+    """
+
+    program = f"{__name__}:do_jobs"
 
     def spawn(self, lane: Lane, *further: str, stdin: int = subprocess.DEVNULL) -> Any:
         """Start a worker of a lane."""
         passed = {f"TSR_{name.upper()}": value for name, value in as_environment(self._settings).items()}
-        return ForkedProgram(f"{__name__}:do_jobs", [lane, *further], {**os.environ, **passed}, stdin=stdin)
+        return ForkedProgram(self.program, [lane, *further], {**os.environ, **passed}, stdin=stdin)
 
 
 def do_jobs(arguments: list[str]) -> int:

@@ -24,6 +24,7 @@ from app.outputs.folders import output_folder
 from app.settings import Settings
 from app.storage.database import Database
 from app.storage.models import Job, Output, Run
+from tests.app.jobs.job_server import ForkingSupervisor
 from tests.app.toy_server import SECRET
 from tests.waiting import wait_until
 from tsr_engine.io.digest import file_sha256
@@ -37,7 +38,7 @@ def context(drive: Path, tmp_path: Path) -> Iterator[Context]:
     home = tmp_path / "home"
     shutil.copytree(drive, home)
     made = build_context(Settings(home=home, roots=(home,), sample=False, workers=1, token=SECRET))
-    supervisor = Supervisor(made.settings, made.database, made.jobs)
+    supervisor = ForkingSupervisor(made.settings, made.database, made.jobs)
     supervisor.start()
     yield made
     supervisor.stop()

@@ -28,7 +28,7 @@ PLAN = OtherShapesPlan(
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory: pytest.TempPathFactory) -> Component:
-    scenes = read_gtsdb(write_gtsdb(tmp_path_factory.mktemp("scenes"), 24, 1))
+    scenes = read_gtsdb(write_gtsdb(tmp_path_factory.mktemp("scenes"), 16, 1))
     models = tmp_path_factory.mktemp("models")
     save_component(train_other_shapes(scenes, load_component("detector"), 3, check_progress, PLAN), models)
     return load_component("other_shapes", models)
@@ -41,9 +41,9 @@ def beside() -> AcfModel:
 
 
 def test_figures_cover_every_scene_without_box_refinement(trained: Component) -> None:
-    assert trained.figures["pictures"] == 24
-    assert trained.data["scenes"] == {"source": "GTSDB", "scenes": 24, "signs": 28}
-    assert trained.figures["signs"] == 27, "one has fewer than 20 px"
+    assert trained.figures["pictures"] == 16
+    assert trained.data["scenes"] == {"source": "GTSDB", "scenes": 16, "signs": 18}
+    assert trained.figures["signs"] == 17, "one has fewer than 20 px"
     assert 0.5 < trained.figures["recall_at_1"] <= 1
     assert not [name for name in trained.arrays if name.startswith("outline_")]
 
