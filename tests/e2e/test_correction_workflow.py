@@ -38,7 +38,7 @@ from tests.e2e.review_session import (
 )
 
 REAL = "clips/SH4_70b651.mp4"
-FRAMES = 150
+FRAMES = 120
 """Tracked part of the clip: enough for every operation, and quickly done."""
 
 

@@ -22,7 +22,7 @@ from tests.e2e.live_server import LiveServer
 from tests.e2e.review_session import fresh_page, go_back, open_address, without_errors
 
 DRIVE = SHIPPED[0]
-FRAMES = 130
+FRAMES = 100
 """Tracked part of the drive: the whole drive takes too long for a test."""
 MAX_WORK_MS = 240_000
 """Patience with the engine on a slow machine, ms."""

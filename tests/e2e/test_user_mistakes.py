@@ -16,6 +16,7 @@ from tests.e2e.interception import intercept
 from tests.e2e.review_session import (
     ReviewSession,
     go_back,
+    import_tracks,
     open_address,
     open_session,
     reload_review,
@@ -38,8 +39,9 @@ def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
 
 @pytest.fixture(scope="module")
 def other(review: ReviewSession) -> str:
-    """Another run of the same video: its tracks have the same names."""
-    return review.server.track(review.video, {"stop": FRAMES // 2, "name": "Second"})
+    """Another run of the same video, an imported one: its first track has the same name."""
+    run = import_tracks(review.server, review.video, SHIPPED[0].truth.read_bytes(), "Second")
+    return str(run["id"])
 
 
 def select(page: Page, place: int) -> str:

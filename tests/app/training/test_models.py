@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +20,14 @@ from tests.app import toy_home
 from tests.app.inline_worker import run_jobs
 from tests.app.toy_server import Server
 from tests.app.training.training_client import TrainingClient
+from tsr_engine.detection.acf import AcfModel
+from tsr_engine.detection.prior import SpatialPrior
 from tsr_engine.errors import ModelError
 from tsr_engine.io.models import SHIPPED, component_path, load_component, read_manifest
+from tsr_engine.training.corrections import retrain
+from tsr_engine.training.corrections.corrected_scenes import CorrectedScene
+from tsr_engine.training.corrections.holdout import evaluate_detection
+from tsr_engine.training.progress import Progress
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +52,18 @@ def version(api: TrainingClient, export: str) -> dict[str, Any]:
     return api.train(name="First", exports=[export], parts=["prior", "classifier", "online"], seed=3)
 
 
+@pytest.fixture
+def quick_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Detection is measured on one held-out frame, where a test is not about figures."""
+
+    def evaluate_one(
+        model: AcfModel, prior: SpatialPrior | None, scenes: Sequence[CorrectedScene], tick: Progress
+    ) -> Any:
+        return evaluate_detection(model, prior, scenes[:1], tick)
+
+    monkeypatch.setattr(retrain, "evaluate_detection", evaluate_one)
+
+
 def test_a_version_stores_its_origin(api: TrainingClient, export: str, version: dict[str, Any]) -> None:
     assert version["state"] == "complete", version["error"]
     assert (version["parent_id"], version["name"], version["active"]) == (None, "First", False)
@@ -58,6 +76,7 @@ def test_a_version_stores_its_origin(api: TrainingClient, export: str, version: 
     assert lineage["used"]["signs"] == 2
 
 
+@pytest.mark.usefixtures("quick_figures")
 def test_training_on_the_current_review_gives_the_same_and_stores_its_revision(
     api: TrainingClient, version: dict[str, Any]
 ) -> None:
@@ -196,6 +215,7 @@ def _claim(api: TrainingClient, version: str, leaving: bool) -> TaskContext:
     return TaskContext(context.settings, context.database, context.events, context.jobs, job, lambda: leaving)
 
 
+@pytest.mark.usefixtures("quick_figures")
 def test_stopped_training_is_requeued_and_killed_training_restarts(api: TrainingClient, export: str) -> None:
     made = api.ask(exports=[export], parts=["online"], name="Again").json()["id"]
     task = _claim(api, made, leaving=True)
@@ -242,6 +262,7 @@ def test_cancel_and_resume(api: TrainingClient, export: str) -> None:
     assert api.client.delete(f"/api/models/{made}").status_code == 204
 
 
+@pytest.mark.usefixtures("quick_figures")
 def test_a_version_that_is_no_longer_active_can_be_removed(api: TrainingClient, export: str) -> None:
     first, second = (api.train(exports=[export], parts=["online"], seed=seed)["id"] for seed in (8, 9))
     for made in (first, second):
@@ -254,6 +275,7 @@ def test_a_version_that_is_no_longer_active_can_be_removed(api: TrainingClient, 
     assert api.client.delete(f"/api/models/{second}").status_code == 204
 
 
+@pytest.mark.usefixtures("quick_figures")
 def test_a_version_can_start_from_another(api: TrainingClient, export: str, version: dict[str, Any]) -> None:
     child = api.train(exports=[export], parts=["online"], parent=version["id"])
     assert child["state"] == "complete", child["error"]
@@ -271,6 +293,7 @@ def test_a_missing_export_fails_with_a_sentence(api: TrainingClient) -> None:
     assert "There is no export at" in api.view(made)["error"]
 
 
+@pytest.mark.usefixtures("quick_figures")
 def test_a_changed_video_is_not_used_for_training(api: TrainingClient, export: str) -> None:
     """The size is the same; only the digest differs."""
     with api.home.database.read() as session:
