@@ -153,6 +153,9 @@ def _report(result: Result) -> str:
         tighter = 1 - f["after"]["mean_error"] / f["before"]["mean_error"]
         moved = "does not rise" if rise <= 0 else f"rises by {rise:.4f}"
         gains.append(f"- {camera}: AP {moved} (from {f['before']['ap50']:.4f}); mean Eq. 7 of tracks {_by(tighter)}.")
+        if f["after"]["coverage"] < f["before"]["coverage"]:
+            covered = " to ".join(f"{f[when]['coverage']:.4f}" for when in ("before", "after"))
+            gains.append(f"- {camera}: **tracks cover less** ({covered}).")
         lost = f["before"]["signs_detected"] - f["after"]["signs_detected"]
         if lost > 0:
             gains.append(f"- {camera}: **loses {lost} of the signs found before**.")

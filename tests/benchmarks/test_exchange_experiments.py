@@ -127,9 +127,12 @@ def _camera(before: float, after: float, found: int = 6) -> dict[str, Any]:
 
 def test_gains_and_losses_of_corrections_are_reported() -> None:
     result = Result("retraining", figures={"as filmed": _camera(0.99, 0.99), "dim camera": _camera(0.7, 0.72, 5)})
+    result.figures["dim camera"]["after"]["coverage"] = 0.85
     report = retraining.EXPERIMENT.report(result)
     assert "- as filmed: AP does not rise (from 0.9900); mean Eq. 7 of tracks falls by 20.0%." in report
     assert "- dim camera: AP rises by 0.0200 (from 0.7000)" in report
+    assert "- dim camera: **tracks cover less** (0.9000 to 0.8500)." in report
+    assert "as filmed: **tracks" not in report
     assert "- dim camera: **loses 1 of the signs found before**." in report
     assert "| signs found | 6 of 6 | 6 of 6 | 6 of 6 | 5 of 6 |" in report
     assert "| 150 GTSDB scenes: AP | 0.9900 | 0.9800 | 0.9900 | 0.9800 |" in report
