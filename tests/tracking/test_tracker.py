@@ -43,10 +43,10 @@ def test_two_confident_detections_confirm_at_once(scores: tuple[float, ...], con
     assert all(t.state == "tentative" for f in run_tracker(Tracker(three, WIDTH, HEIGHT), seen, 4) for t in f.tracks)
 
 
-@pytest.mark.parametrize(("hits", "survives"), [(1, 5), (3, 20)])
-def test_relocalisations_prolong_only_the_life_of_a_confirmed_track(hits: int, survives: int) -> None:
+@pytest.mark.parametrize(("hits", "survives"), [(1, 20), (3, 40)])
+def test_relocalisations_prolong_the_life_of_a_tentative_track_less(hits: int, survives: int) -> None:
     """What one weak detection shows may be no sign; a track that waits there takes the detections of another one."""
-    tracker = Tracker(PARAMS.model_copy(update={"max_undetected": 20}), WIDTH, HEIGHT)
+    tracker = Tracker(PARAMS.model_copy(update={"max_coast": 20, "max_undetected": 40}), WIDTH, HEIGHT)
     for frame in range(hits):
         tracker.step(frame, detections(approach(frame, score=0.5)))
     undetected = 0

@@ -124,7 +124,11 @@ class TrackingParams(Section):
 
     # Death
     max_coast: int = Field(
-        20, ge=0, le=600, description="frames without detection or confident relocalisation that end a confirmed track"
+        20,
+        ge=0,
+        le=600,
+        description="frames without detection or confident relocalisation that end a confirmed track; frames without "
+        "detection that end a tentative one even if it is relocalised",
     )
     max_undetected: int = Field(
         60, ge=0, le=3600, description="frames without detection that end a confirmed track even if it is relocalised"

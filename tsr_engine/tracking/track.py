@@ -75,12 +75,18 @@ class Track:
             return True
         return hits >= params.confirm_hits and mean >= params.confirm_score
 
-    def undetected_limit(self, params: TrackingParams) -> int:
-        """Frames without a detection that this track survives.
+    def missed_limit(self, params: TrackingParams) -> int:
+        """Frames without a detection or confident relocalisation that this track survives.
 
         A tentative track survives as many as still allow its confirmation by ``confirm_hits`` within the window.
-        Relocalisations do not prolong its life: what its few detections show may be no sign.
         """
         if self.state == "confirmed":
-            return params.max_undetected
+            return params.max_coast
         return min(params.max_coast, max(params.confirm_window - params.confirm_hits, 0))
+
+    def undetected_limit(self, params: TrackingParams) -> int:
+        """Frames without a detection that this track survives, even if it is relocalised.
+
+        What the few detections of a tentative track show may be no sign, so its relocalisations prolong its life less.
+        """
+        return params.max_undetected if self.state == "confirmed" else min(params.max_coast, params.max_undetected)

@@ -253,7 +253,7 @@ class Tracker:
                 reason = f"only {share:.0%} of its box is in view"
             elif track.undetected > track.undetected_limit(self._params):
                 reason = f"{track.undetected} frames without a detection"
-            elif track.missed > self._params.max_coast:
+            elif track.missed > track.missed_limit(self._params):
                 reason = f"{track.missed} frames without a detection or a sure relocalisation"
             else:
                 continue
