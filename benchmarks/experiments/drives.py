@@ -76,8 +76,8 @@ def _run(data: Data) -> Result:
     return Result(
         data=f"{len(drives)} drives of other people, cameras and countries, without annotation. The rows below the "
         f"first are the first {CHANGED} frames of each, changed by `benchmarks/corruptions/weather.py` and re-encoded. "
-        "No value was chosen on them; a drifting track in one of them led to the rule that relocalisations do not "
-        "prolong the life of a tentative track.",
+        "No value was chosen on them; a drifting track in one of them led to the rule that a tentative track ends "
+        "after 20 frames without a detection.",
         figures=figures,
         settings={"preset": "default", "detector": components.models["detector"][:12]},
     )

@@ -67,7 +67,7 @@ def retraining() -> Iterator[str]:
     before, after = dim["before"], dim["after"]
     yield f"**AP rises from {before['ap50']:.3f} to {after['ap50']:.3f} with the dim camera.**"
     yield f"(Eq. 7 of tracks {before['mean_error']:.3f} to {after['mean_error']:.3f})"
-    yield f"Tracks do not cover more ({before['coverage']:.3f} to {after['coverage']:.3f} of the frames)"
+    yield f"Tracks cover more ({before['coverage']:.3f} to {after['coverage']:.3f} of the frames)"
 
 
 def scale() -> Iterator[str]:
