@@ -16,6 +16,8 @@ from sklearn.svm import SVC
 
 from tests.online.exact_svc import EXTENDED, ExactSVC, centre
 from tsr_engine import IncrementalSVC
+from tsr_engine.online.completion import violation
+from tsr_engine.online.repair import repair
 
 Samples = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -265,11 +267,12 @@ def test_the_repair_solves_again_from_any_coefficients() -> None:
     for kind in ("linear", "rbf"):
         model = IncrementalSVC(C=100.0, kernel=kind, gamma=1e-3).partial_fit(X, y)  # type: ignore[arg-type]
         expected = model.decision_function(X)
-        model._store.alpha[:50] = np.random.default_rng(1).uniform(0, 100, 50)
-        model._repair()
-        model._coef = None
-        assert model.kkt_residual() <= 1e-8
-        np.testing.assert_allclose(model.decision_function(X), expected, rtol=0, atol=1e-7)
+        dual = model._store.dual(model.C)
+        dual.alpha[:50] = np.random.default_rng(1).uniform(0, 100, 50)
+        offset, _ = repair(dual)
+        assert violation(dual) <= 1e-8
+        decision = y * (dual.Q[:50, :50] @ dual.alpha[:50]) + offset
+        np.testing.assert_allclose(decision, expected, rtol=0, atol=1e-7)
 
 
 @pytest.mark.parametrize("C", [1e-3, 1.0, 1e4])

@@ -10,92 +10,56 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from tsr_engine.online.completion import AT_BOUND, central_offset, gradient
+from tsr_engine.online.completion import AT_BOUND, central_offset, gradient, leave_bounds
+from tsr_engine.online.dual import Dual
 from tsr_engine.online.margin import contract, expand, rebuild, sensitivity
 from tsr_engine.online.solution_path import ERROR, MARGIN, RESERVE
-from tsr_engine.records import FloatArray
 
 SINGULAR = 1e-13
 """A Schur complement below this share of the largest kernel diagonal counts as 0: the direction is flat."""
 
 
 @njit(cache=True, nogil=True)
-def solve_sets(
-    Q: FloatArray,
-    y: FloatArray,
-    n: int,
-    C: float,
-    scale: float,
-    alpha: FloatArray,
-    g: FloatArray,
-    status: NDArray[np.int8],
-    S: NDArray[np.int64],
-    R: FloatArray,
-    beta: FloatArray,
-) -> tuple[float, int]:
-    """Solve the dual from feasible coefficients, up to rounding.
-
-    Args:
-        Q: shape (>= n, >= n), signed kernel matrix.
-        y: labels, -1 or +1.
-        n: number of samples.
-        C: upper bound of alpha.
-        scale: largest diagonal element of Q.
-        alpha: coefficients, changed in place; on return the best ones found.
-        g: receives the gradient.
-        status: receives the set of each sample.
-        S: receives the margin vectors.
-        R: receives the inverse of the bordered margin matrix.
-        beta: scratch, n + 1 elements.
+def solve_sets(dual: Dual) -> tuple[float, int]:
+    """Solve the dual from feasible coefficients, up to rounding; the best coefficients found remain.
 
     Returns:
         Offset and number of margin vectors.
     """
+    n, alpha = dual.n, dual.alpha
     least, best = np.inf, alpha[:n].copy()
-    b, size = _initialise_sets(Q, y, n, C, scale, alpha, g, status, S, R, beta)
+    b, size = _initialise_sets(dual)
     for _ in range(100 + 20 * n):
-        b, size = _solve_margin(Q, y, n, C, scale, alpha, g, b, status, S, size, R, beta)
+        b, size = _solve_margin(dual, b, size)
         if size == 0:
-            b = _centre_offset(y, n, g, b)
-        worst, candidate = _worst_violation(y, n, C, alpha, g, status, S, size)
+            b = _centre_offset(dual, b)
+        worst, candidate = _worst_violation(dual, size)
         if worst < least:
             least = worst
             best[:] = alpha[:n]
         total = 0.0
         for i in range(n):
             total += alpha[i]
-        if candidate < 0 or (worst <= 4e-16 * (1.0 + scale * total) and status[candidate] != MARGIN):
+        if candidate < 0 or (worst <= 4e-16 * (1.0 + dual.scale * total) and dual.status[candidate] != MARGIN):
             return b, size
         if size == 0:
-            b, candidate = _first_pair(Q, y, n, C, alpha, g, b, status, S, R, beta)
+            b, candidate = _first_pair(dual, b)
             if candidate < 0:
                 break
             size = 1
-        b, size = _move(Q, y, C, scale, alpha, g, b, status, S, size, R, beta, candidate)
+        b, size = _move(dual, b, size, candidate)
     alpha[:n] = best
-    b, size = _initialise_sets(Q, y, n, C, scale, alpha, g, status, S, R, beta)
+    b, size = _initialise_sets(dual)
     if size == 0:
-        b = _centre_offset(y, n, g, b)
+        b = _centre_offset(dual, b)
     return b, size
 
 
 @njit(cache=True, nogil=True)
-def _initialise_sets(
-    Q: FloatArray,
-    y: FloatArray,
-    n: int,
-    C: float,
-    scale: float,
-    alpha: FloatArray,
-    g: FloatArray,
-    status: NDArray[np.int8],
-    S: NDArray[np.int64],
-    R: FloatArray,
-    beta: FloatArray,
-) -> tuple[float, int]:
+def _initialise_sets(dual: Dual) -> tuple[float, int]:
     """Set up sets, inverse and gradient from the coefficients; returns the offset and the size of S."""
+    n, C, y, alpha, g, status, S = dual.n, dual.C, dual.y, dual.alpha, dual.g, dual.status, dual.S
     free = 0
     for i in range(n):
         if alpha[i] <= AT_BOUND * C:
@@ -106,36 +70,28 @@ def _initialise_sets(
             status[i] = MARGIN
             S[free] = i
             free += 1
-    gradient(Q, y, n, alpha, 0.0, g)
+    gradient(dual, 0.0)
     b = 0.0
     for j in range(free):
         b -= y[S[j]] * g[S[j]] / free
     for i in range(n):
         g[i] += y[i] * b
-    return b, rebuild(R, S, free, Q, y, scale, beta, SINGULAR)
+    return b, rebuild(dual, free, SINGULAR)
 
 
 @njit(cache=True, nogil=True)
-def _centre_offset(y: FloatArray, n: int, g: FloatArray, b: float) -> float:
+def _centre_offset(dual: Dual, b: float) -> float:
     """The offset in the middle of its optimal interval; updates ``g``."""
-    change = central_offset(y, n, g)
-    for i in range(n):
-        g[i] += y[i] * change
+    change = central_offset(dual)
+    for i in range(dual.n):
+        dual.g[i] += dual.y[i] * change
     return float(b + change)
 
 
 @njit(cache=True, nogil=True)
-def _worst_violation(
-    y: FloatArray,
-    n: int,
-    C: float,
-    alpha: FloatArray,
-    g: FloatArray,
-    status: NDArray[np.int8],
-    S: NDArray[np.int64],
-    size: int,
-) -> tuple[float, int]:
+def _worst_violation(dual: Dual, size: int) -> tuple[float, int]:
     """The largest violation, and the sample to move: a free one outside S, else the worst one; -1: none."""
+    n, g, status, S = dual.n, dual.g, dual.status, dual.S
     inside = np.zeros(n, dtype=np.bool_)
     worst, balance = 0.0, 0.0
     for j in range(size):
@@ -143,7 +99,7 @@ def _worst_violation(
         worst = max(worst, abs(g[S[j]]))
     candidate, outside, largest = -1, -1, 0.0
     for i in range(n):
-        balance += y[i] * alpha[i]
+        balance += dual.y[i] * dual.alpha[i]
         if inside[i]:
             continue
         if status[i] == MARGIN:
@@ -157,24 +113,13 @@ def _worst_violation(
 
 
 @njit(cache=True, nogil=True)
-def _first_pair(
-    Q: FloatArray,
-    y: FloatArray,
-    n: int,
-    C: float,
-    alpha: FloatArray,
-    g: FloatArray,
-    b: float,
-    status: NDArray[np.int8],
-    S: NDArray[np.int64],
-    R: FloatArray,
-    beta: FloatArray,
-) -> tuple[float, int]:
+def _first_pair(dual: Dual, b: float) -> tuple[float, int]:
     """Choose the most violating pair for an empty S, since no coefficient can move alone; the first becomes S.
 
     Returns:
         The offset at which g of the first is 0, and the second sample, which is to move; -1 without a violating pair.
     """
+    n, C, y, alpha, g = dual.n, dual.C, dual.y, dual.alpha, dual.g
     i, j, highest, lowest = -1, -1, -np.inf, np.inf
     for t in range(n):
         value = -y[t] * g[t]
@@ -187,37 +132,24 @@ def _first_pair(
     for t in range(n):
         g[t] += y[t] * lowest
     g[j] = 0.0
-    expand(R, S, 0, Q, y, j, beta, 1.0)
-    status[j] = MARGIN
+    expand(dual, 0, j, 1.0)
+    dual.status[j] = MARGIN
     return b + lowest, i
 
 
 @njit(cache=True, nogil=True)
-def _move(
-    Q: FloatArray,
-    y: FloatArray,
-    C: float,
-    scale: float,
-    alpha: FloatArray,
-    g: FloatArray,
-    b: float,
-    status: NDArray[np.int8],
-    S: NDArray[np.int64],
-    size: int,
-    R: FloatArray,
-    beta: FloatArray,
-    c: int,
-) -> tuple[float, int]:
+def _move(dual: Dual, b: float, size: int, c: int) -> tuple[float, int]:
     """Move one coefficient downhill until its g is 0, it is at a bound, or S is empty; updates only ``g[c]``.
 
     Returns:
         Offset and size of S.
     """
+    C, alpha, g, status, S, beta = dual.C, dual.alpha, dual.g, dual.status, dual.S, dual.beta
     sign = -1.0 if g[c] > 0.0 or (g[c] == 0.0 and status[c] != RESERVE) else 1.0
     while size > 0:
-        schur = sensitivity(R, S, size, Q, y, c, beta)
+        schur = sensitivity(dual, size, c)
         step, leaving, arrives = (C - alpha[c] if sign > 0.0 else alpha[c]), -1, False
-        if schur > SINGULAR * scale:
+        if schur > SINGULAR * dual.scale:
             distance = max(-sign * g[c], 0.0) / schur
             if distance <= step:
                 step, arrives = distance, True
@@ -241,11 +173,11 @@ def _move(
             at_zero = sign * beta[leaving + 1] < 0.0
             alpha[index] = 0.0 if at_zero else C
             status[index] = RESERVE if at_zero else ERROR
-            contract(R, S, size, leaving)
+            contract(dual.R, S, size, leaving)
             size -= 1
             continue
         if arrives and 0.0 < alpha[c] < C:
-            expand(R, S, size, Q, y, c, beta, schur)
+            expand(dual, size, c, schur)
             status[c] = MARGIN
             size += 1
             break
@@ -254,51 +186,33 @@ def _move(
     else:
         status[c] = RESERVE if alpha[c] <= 0.0 else ERROR if alpha[c] >= C else MARGIN
         if status[c] == MARGIN:
-            expand(R, S, 0, Q, y, c, beta, 1.0)
+            expand(dual, 0, c, 1.0)
             size = 1
     return b, size
 
 
 @njit(cache=True, nogil=True)
-def _solve_margin(
-    Q: FloatArray,
-    y: FloatArray,
-    n: int,
-    C: float,
-    scale: float,
-    alpha: FloatArray,
-    g: FloatArray,
-    b: float,
-    status: NDArray[np.int8],
-    S: NDArray[np.int64],
-    size: int,
-    R: FloatArray,
-    beta: FloatArray,
-) -> tuple[float, int]:
+def _solve_margin(dual: Dual, b: float, size: int) -> tuple[float, int]:
     """Newton steps on the margin equations, each shortened at the first bound; members at a bound leave S.
 
     Returns:
         Offset and size of S; ``g`` is exact for these values.
     """
+    C, alpha, g, S = dual.C, dual.alpha, dual.g, dual.S
     residual = np.empty(size + 1)
     change = np.empty(size + 1)
     rebuilt = False
     before = np.inf
     for _ in range(size + 12):
-        for j in range(size - 1, -1, -1):
-            i = S[j]
-            if alpha[i] <= AT_BOUND * C or alpha[i] >= C - AT_BOUND * C:
-                alpha[i] = 0.0 if alpha[i] <= AT_BOUND * C else C
-                status[i] = RESERVE if alpha[i] == 0.0 else ERROR
-                contract(R, S, size, j)
-                size -= 1
-                before = np.inf
-        gradient(Q, y, n, alpha, b, g)
+        free = leave_bounds(dual, size)
+        if free < size:
+            size, before = free, np.inf
+        gradient(dual, b)
         if size == 0:
             break
         residual[0] = 0.0
-        for i in range(n):
-            residual[0] += y[i] * alpha[i]
+        for i in range(dual.n):
+            residual[0] += dual.y[i] * alpha[i]
         worst = abs(residual[0])
         for j in range(size):
             residual[j + 1] = g[S[j]]
@@ -309,14 +223,14 @@ def _solve_margin(
             if worst < 1e-13:
                 break
             rebuilt = True
-            size = rebuild(R, S, size, Q, y, scale, beta, SINGULAR)
+            size = rebuild(dual, size, SINGULAR)
             before = np.inf
             continue
         before = worst
         for i in range(size + 1):
             total = 0.0
             for j in range(size + 1):
-                total -= R[i, j] * residual[j]
+                total -= dual.R[i, j] * residual[j]
             change[i] = total
         share = 1.0
         for j in range(size):

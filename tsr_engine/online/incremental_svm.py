@@ -14,20 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tsr_engine.linear_algebra import dot, product
-from tsr_engine.online.completion import complete, gradient, violation
+from tsr_engine.online.completion import add_sample, complete, gradient, violation
 from tsr_engine.online.kernels import LINEAR, RBF, kernel_row, signed_kernel
 from tsr_engine.online.repair import repair
 from tsr_engine.online.sample_store import SampleStore
-from tsr_engine.online.solution_path import CANDIDATE, follow_path
+from tsr_engine.online.solution_path import follow_path
 from tsr_engine.online.validation import as_indices, as_labels, as_samples, check_parameters, check_scale
 from tsr_engine.records import FloatArray
 
 __all__ = ["IncrementalSVC"]
 
 IndexArray = NDArray[np.intp]
-
-_ACCEPTED = 2e-11
-"""KKT violation above which a solution is repaired."""
 
 
 class IncrementalSVC:
@@ -163,10 +160,10 @@ class IncrementalSVC:
         n = store.n
         if not n:
             return 0.0
-        g = np.empty(n)
         signed = signed_kernel(store.X[:n], store.y[:n], self._kind(), self._width())
-        gradient(signed, store.y[:n], n, store.alpha[:n], self._b, g)
-        return float(violation(store.y, n, self.C, store.alpha, g))
+        checked = store.dual(self.C)._replace(Q=signed, g=np.empty(n))
+        gradient(checked, self._b)
+        return float(violation(checked))
 
     def copy(self) -> IncrementalSVC:
         """An independent model with the same state, bit for bit."""
@@ -263,84 +260,23 @@ class IncrementalSVC:
         store.diagonal[slot] = row[slot]
         store.Q[:n, slot] = row[:n]
         store.g[slot] = dot(row[:n], store.alpha[:n]) + label * self._b - 1.0
-        self._follow(slot, adding=True)
+        self._b, self._size, exact = add_sample(store.dual(self.C), self._b, self._size, slot)
+        if not exact:
+            self._b, self._size = repair(store.dual(self.C))
 
     def _remove(self, position: int) -> None:
         store = self._store
         slot = int(store.order[position])
         self._size = store.leave_margin(slot, self._size)
-        finished = store.alpha[slot] == 0.0 or self._follow(slot, adding=False)
+        exact = store.alpha[slot] == 0.0
+        if not exact:
+            self._b, self._size, exact = follow_path(store.dual(self.C), self._b, self._size, slot, False)
         store.drop(position, self._size)
-        if finished:
-            self._settle()
-        else:
-            self._repair()
-
-    def _follow(self, slot: int, *, adding: bool) -> bool:
-        store = self._store
-        store.status[slot] = CANDIDATE
-        self._b, self._size, finished = follow_path(
-            store.Q,
-            store.y,
-            store.n,
-            self.C,
-            store.scale(),
-            store.alpha,
-            store.g,
-            self._b,
-            store.status,
-            store.S,
-            self._size,
-            store.R,
-            slot,
-            adding,
-            store.beta,
-            store.slope,
-            store.blocked,
-        )
-        if adding:
-            if finished:
-                self._settle()
-            else:
-                self._repair()
-        return bool(finished)
-
-    def _settle(self) -> None:
-        store = self._store
-        self._b, self._size, regular = complete(
-            store.Q,
-            store.y,
-            store.n,
-            self.C,
-            store.scale(),
-            store.alpha,
-            store.g,
-            self._b,
-            store.status,
-            store.S,
-            self._size,
-            store.R,
-            store.beta,
-        )
-        if not regular or violation(store.y, store.n, self.C, store.alpha, store.g) > _ACCEPTED:
-            self._repair()
-
-    def _repair(self) -> None:
-        store = self._store
-        store.repairs += 1
-        self._b, self._size = repair(
-            store.Q,
-            store.y,
-            store.n,
-            self.C,
-            store.scale(),
-            store.alpha,
-            store.g,
-            store.status,
-            store.S,
-            store.R,
-            store.beta,
-        )
+        dual = store.dual(self.C)
+        if exact:
+            self._b, self._size, exact = complete(dual, self._b, self._size)
+        if not exact:
+            self._b, self._size = repair(dual)
 
     def _kind(self) -> int:
         return LINEAR if self.kernel == "linear" else RBF

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tsr_engine.online.dual import Dual
 from tsr_engine.records import FloatArray
 
 DEPENDENT = 1e-10
@@ -18,12 +19,11 @@ DEPENDENT = 1e-10
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def sensitivity(
-    R: FloatArray, S: NDArray[np.int64], size: int, Q: FloatArray, y: FloatArray, c: int, beta: FloatArray
-) -> float:
+def sensitivity(dual: Dual, size: int, c: int) -> float:
     """Compute ``beta = -R [y_c, Q_Sc]``; returns the Schur complement ``Q_cc + [y_c, Q_Sc]' beta`` of sample ``c``."""
+    Q, S, R, beta = dual.Q, dual.S, dual.R, dual.beta
     bordered = np.empty(size + 1)
-    bordered[0] = y[c]
+    bordered[0] = dual.y[c]
     for j in range(size):
         bordered[j + 1] = Q[c, S[j]]
     for i in range(size + 1):
@@ -39,14 +39,13 @@ def sensitivity(
 
 
 @njit(cache=True, nogil=True)
-def expand(
-    R: FloatArray, S: NDArray[np.int64], size: int, Q: FloatArray, y: FloatArray, c: int, beta: FloatArray, schur: float
-) -> None:
+def expand(dual: Dual, size: int, c: int, schur: float) -> None:
     """Append ``c`` to the margin vectors; ``beta`` and ``schur`` are those of :func:`sensitivity`."""
+    R, beta = dual.R, dual.beta
     if size == 0:
-        R[0, 0] = -Q[c, c]
-        R[0, 1] = y[c]
-        R[1, 0] = y[c]
+        R[0, 0] = -dual.Q[c, c]
+        R[0, 1] = dual.y[c]
+        R[1, 0] = dual.y[c]
         R[1, 1] = 0.0
     else:
         last = size + 1
@@ -59,7 +58,7 @@ def expand(
             R[last, i] = beta[i] * scale
             R[i, last] = R[last, i]
         R[last, last] = scale
-    S[size] = c
+    dual.S[size] = c
 
 
 @njit(cache=True, nogil=True)
@@ -90,43 +89,30 @@ def contract(R: FloatArray, S: NDArray[np.int64], size: int, position: int) -> N
 
 
 @njit(cache=True, nogil=True)
-def rebuild(
-    R: FloatArray,
-    S: NDArray[np.int64],
-    size: int,
-    Q: FloatArray,
-    y: FloatArray,
-    scale: float,
-    beta: FloatArray,
-    smallest: float,
-) -> int:
+def rebuild(dual: Dual, size: int, smallest: float) -> int:
     """Compute R for the members of S from scratch, well-conditioned samples first.
 
     Args:
-        R: receives the inverse.
-        S: members; reordered.
+        dual: receives the inverse; S is reordered.
         size: number of members.
-        Q: signed kernel matrix.
-        y: labels.
-        scale: largest kernel diagonal.
-        beta: scratch space.
         smallest: a member depends on the others if its Schur complement is below this share of ``scale``.
 
     Returns:
         The number of independent members: they are ``S[:result]``; the others depend on them.
     """
+    S = dual.S
     if size == 0:
         return 0
-    expand(R, S, 0, Q, y, S[0], beta, 1.0)
+    expand(dual, 0, S[0], 1.0)
     done = 1
     for threshold in (1e-4, 1e-7, 1e-10, smallest):
         j = done
         while j < size:
             c = S[j]
-            schur = sensitivity(R, S, done, Q, y, c, beta)
-            if schur > threshold * scale:
+            schur = sensitivity(dual, done, c)
+            if schur > threshold * dual.scale:
                 S[j] = S[done]
-                expand(R, S, done, Q, y, c, beta, schur)
+                expand(dual, done, c, schur)
                 done += 1
             j += 1
     return done

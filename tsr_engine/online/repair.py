@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from tsr_engine.online.active_set import solve_sets
 from tsr_engine.online.completion import gradient, violation
-from tsr_engine.records import FloatArray
+from tsr_engine.online.dual import Dual
 
 TOLERANCE = 1e-10
 """Largest violation of a pair at which SMO stops."""
@@ -22,8 +21,9 @@ ROUNDS = 3
 
 
 @njit(cache=True, nogil=True)
-def balance(y: FloatArray, n: int, alpha: FloatArray) -> None:
+def balance(dual: Dual) -> None:
     """Lower coefficients in their order until ``sum y alpha = 0``."""
+    n, y, alpha = dual.n, dual.y, dual.alpha
     excess = 0.0
     for i in range(n):
         excess += y[i] * alpha[i]
@@ -35,15 +35,14 @@ def balance(y: FloatArray, n: int, alpha: FloatArray) -> None:
 
 
 @njit(cache=True, nogil=True)
-def minimise_pairs(
-    Q: FloatArray, y: FloatArray, n: int, C: float, alpha: FloatArray, g: FloatArray, limit: int
-) -> bool:
-    """SMO on the dual from a feasible ``alpha``; ``g`` is the gradient for offset 0.
+def minimise_pairs(dual: Dual, limit: int) -> bool:
+    """SMO on the dual from a feasible ``alpha``; ``g`` becomes the gradient for offset 0.
 
     Returns:
         Whether the largest violation fell below ``TOLERANCE`` within ``limit`` pairs.
     """
-    gradient(Q, y, n, alpha, 0.0, g)
+    n, C, Q, y, alpha, g = dual.n, dual.C, dual.Q, dual.y, dual.alpha, dual.g
+    gradient(dual, 0.0)
     bound = 1e-15 * C
     for _ in range(limit):
         i, highest = -1, -np.inf
@@ -81,19 +80,7 @@ def minimise_pairs(
 
 
 @njit(cache=True, nogil=True)
-def repair(
-    Q: FloatArray,
-    y: FloatArray,
-    n: int,
-    C: float,
-    scale: float,
-    alpha: FloatArray,
-    g: FloatArray,
-    status: NDArray[np.int8],
-    S: NDArray[np.int64],
-    R: FloatArray,
-    beta: FloatArray,
-) -> tuple[float, int]:
+def repair(dual: Dual) -> tuple[float, int]:
     """Solve from the current coefficients, for which ``sum y alpha`` may differ from 0, and rebuild the sets.
 
     Returns:
@@ -101,9 +88,9 @@ def repair(
     """
     b, size = 0.0, 0
     for _ in range(ROUNDS):
-        balance(y, n, alpha)
-        minimise_pairs(Q, y, n, C, alpha, g, 20 * n + 2000)
-        b, size = solve_sets(Q, y, n, C, scale, alpha, g, status, S, R, beta)
-        if violation(y, n, C, alpha, g) <= 1e-11:
+        balance(dual)
+        minimise_pairs(dual, 20 * dual.n + 2000)
+        b, size = solve_sets(dual)
+        if violation(dual) <= 1e-11:
             break
     return b, size

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tsr_engine.online.dual import Dual
 from tsr_engine.online.margin import contract
 from tsr_engine.online.solution_path import RESERVE
 from tsr_engine.records import FloatArray
@@ -33,7 +34,6 @@ class SampleStore:
     def __init__(self, features: int) -> None:
         self.features = features
         self.n = 0
-        self.repairs = 0
         self._order = np.zeros(0, dtype=np.intp)
         self._allocate(0)
 
@@ -49,6 +49,13 @@ class SampleStore:
         """The largest element of the kernel's diagonal, the unit of all tolerances; 1 if all are zero."""
         largest = float(self.diagonal[: self.n].max(initial=0.0))
         return largest if largest > 0.0 else 1.0
+
+    def dual(self, C: float) -> Dual:
+        """The dual and its current solution, as views for the kernels; :meth:`append` may make them stale."""
+        return Dual(
+            self.n, C, self.scale(), self.Q, self.y, self.alpha, self.g, self.status, self.S, self.R, self.beta,
+            self.slope, self.blocked,
+        )  # fmt: skip
 
     def append(self, x: FloatArray, label: float) -> int:
         """Add a sample; returns its slot. The caller computes the kernel row."""

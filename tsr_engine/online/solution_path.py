@@ -16,10 +16,9 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from tsr_engine.online.dual import Dual
 from tsr_engine.online.margin import DEPENDENT, contract, expand, sensitivity
-from tsr_engine.records import FloatArray
 
 RESERVE = 0
 MARGIN = 1
@@ -31,21 +30,12 @@ FLAT = 1e-10
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def _slopes(
-    Q: FloatArray,
-    y: FloatArray,
-    n: int,
-    status: NDArray[np.int8],
-    S: NDArray[np.int64],
-    size: int,
-    c: int,
-    beta: FloatArray,
-    slope: FloatArray,
-) -> None:
+def _slopes(dual: Dual, size: int, c: int) -> None:
     """``gamma_i = Q_ic + y_i beta_0 + sum_j Q_i,S_j beta_j``: change of g per change of the candidate's alpha.
 
     Margin vectors, whose g stays 0, get 0.
     """
+    n, Q, y, S, beta, slope = dual.n, dual.Q, dual.y, dual.S, dual.beta, dual.slope
     for i in range(n):
         slope[i] = Q[c, i] + y[i] * beta[0]
     if 2 * size < n:
@@ -61,7 +51,7 @@ def _slopes(
     for j in range(size):
         spread[S[j]] = beta[j + 1]
     for i in range(n):
-        if status[i] == MARGIN:
+        if dual.status[i] == MARGIN:
             slope[i] = 0.0
             continue
         row = Q[i]
@@ -72,15 +62,14 @@ def _slopes(
 
 
 @njit(cache=True, nogil=True)
-def _shift_offset(
-    n: int, y: FloatArray, C: float, alpha: FloatArray, g: FloatArray, status: NDArray[np.int8], c: int, adding: bool
-) -> tuple[int, float]:
+def _shift_offset(dual: Dual, c: int, adding: bool) -> tuple[int, float]:
     """For an empty S: the sample that reaches g = 0 first when b moves (-1: none), and the move of b."""
+    y, g, status = dual.y, dual.g, dual.status
     direction = y[c] if adding else -y[c]
     limit, index = np.inf, -1
     if adding and g[c] < 0.0:
         limit, index = -g[c], c
-    for i in range(n):
+    for i in range(dual.n):
         rising = y[i] * direction > 0.0
         if status[i] == RESERVE and not rising:
             distance = g[i]
@@ -94,52 +83,25 @@ def _shift_offset(
 
 
 @njit(cache=True, nogil=True)
-def follow_path(
-    Q: FloatArray,
-    y: FloatArray,
-    n: int,
-    C: float,
-    scale: float,
-    alpha: FloatArray,
-    g: FloatArray,
-    b: float,
-    status: NDArray[np.int8],
-    S: NDArray[np.int64],
-    size: int,
-    R: FloatArray,
-    c: int,
-    adding: bool,
-    beta: FloatArray,
-    slope: FloatArray,
-    blocked: NDArray[np.bool_],
-) -> tuple[float, int, bool]:
+def follow_path(dual: Dual, b: float, size: int, c: int, adding: bool) -> tuple[float, int, bool]:
     """Raise the candidate's alpha until it is optimal (adding), or lower it to 0 (removing).
 
     Args:
-        Q: shape (>= n, >= n), signed kernel matrix.
-        y: labels, -1 or +1.
-        n: number of samples.
-        C: upper bound of alpha.
-        scale: largest diagonal element of Q.
-        alpha: coefficients, changed in place.
-        g: gradient of the dual, changed in place.
+        dual: the dual and its solution, changed in place.
         b: offset.
-        status: set of each sample; ``status[c]`` must be ``CANDIDATE``. Changed in place.
-        S: margin vectors, changed in place.
         size: number of margin vectors.
-        R: inverse of the bordered margin matrix, changed in place.
         c: the candidate.
         adding: True to add it, False to remove it.
-        beta: scratch, more than ``size`` elements.
-        slope: scratch, n elements.
-        blocked: scratch, n elements.
 
     Returns:
         Offset, number of margin vectors, and whether the end was reached. If not, the state is feasible but
         not optimal.
     """
+    n, C, y, alpha, g, status, S = dual.n, dual.C, dual.y, dual.alpha, dual.g, dual.status, dual.S
+    beta, slope, blocked = dual.beta, dual.slope, dual.blocked
     sign = 1.0 if adding else -1.0
-    flat = FLAT * scale
+    flat = FLAT * dual.scale
+    status[c] = CANDIDATE
     for i in range(n):
         blocked[i] = False
     for _ in range(100 + 20 * n):
@@ -150,7 +112,7 @@ def follow_path(
             break
         entering = -1
         if size == 0:
-            entering, change = _shift_offset(n, y, C, alpha, g, status, c, adding)
+            entering, change = _shift_offset(dual, c, adding)
             if entering < 0:
                 return b, size, False
             b += change
@@ -160,12 +122,12 @@ def follow_path(
             if entering == c:
                 status[c] = RESERVE if alpha[c] <= 0.0 else MARGIN
                 break
-            expand(R, S, size, Q, y, entering, beta, 1.0)
+            expand(dual, size, entering, 1.0)
             status[entering] = MARGIN
             size += 1
             continue
-        sensitivity(R, S, size, Q, y, c, beta)
-        _slopes(Q, y, n, status, S, size, c, beta, slope)
+        sensitivity(dual, size, c)
+        _slopes(dual, size, c)
         # The six events; those of the candidate come first, so that they win ties.
         step, leaving = (C - alpha[c] if adding else alpha[c]), -1
         finished = True
@@ -205,7 +167,7 @@ def follow_path(
             at_zero = sign * beta[leaving + 1] < 0.0
             alpha[index] = 0.0 if at_zero else C
             status[index] = RESERVE if at_zero else ERROR
-            contract(R, S, size, leaving)
+            contract(dual.R, S, size, leaving)
             size -= 1
             for i in range(n):
                 blocked[i] = False
@@ -219,9 +181,9 @@ def follow_path(
             break
         else:
             g[entering] = 0.0
-            schur = sensitivity(R, S, size, Q, y, entering, beta)
-            if schur > DEPENDENT * scale:
-                expand(R, S, size, Q, y, entering, beta, schur)
+            schur = sensitivity(dual, size, entering)
+            if schur > DEPENDENT * dual.scale:
+                expand(dual, size, entering, schur)
                 status[entering] = MARGIN
                 size += 1
             else:
@@ -230,11 +192,11 @@ def follow_path(
         return b, size, False
     if status[c] == MARGIN:
         if size > 0:
-            schur = sensitivity(R, S, size, Q, y, c, beta)
-            if schur <= DEPENDENT * scale:
+            schur = sensitivity(dual, size, c)
+            if schur <= DEPENDENT * dual.scale:
                 return b, size, False
         else:
             schur = 1.0
-        expand(R, S, size, Q, y, c, beta, schur)
+        expand(dual, size, c, schur)
         size += 1
     return b, size, True
