@@ -22,8 +22,8 @@ from app.errors import NotFound, file_error
 from app.labels.commands import LabelChange
 from app.labels.importing import import_file_labels
 from app.labels.store import SET_KEY
-from app.labels.usage import LabelUse, label_usage
 from app.labels.views import Brought, Change, LabelSetView, LabelVersion, LabelView
+from app.search.label_usage import LabelUsage, label_usage
 from tsr_engine.errors import ImportFormatError
 from tsr_engine.exchange.label_files.formats import LABEL_FORMATS, read_labels, write_labels
 from tsr_engine.json_shapes import JsonObject
@@ -40,6 +40,8 @@ _FILE: JsonObject = {
         **dict.fromkeys(("text/plain", "application/yaml", "application/xml"), _TEXT),
     }
 }
+_INDEX_WAIT_S = 1.0
+"""Seconds to wait for tracks and edits that the search has not read yet."""
 LabelFormatId = Literal["tsr", "cvat", "names", "yaml", "coco", "label-studio"]
 SetKey = Annotated[str, Path(pattern=SET_KEY, description="key of the label set")]
 _QueryKey = Annotated[
@@ -123,9 +125,11 @@ def get_label_set(key: SetKey, context: ContextDep, version: Version = None) -> 
 
 
 @router.get("/label-sets/{key}/usage", operation_id="get_label_usage", responses=failures(404))
-def get_label_usage(key: SetKey, context: ContextDep) -> dict[int, LabelUse]:
-    """Number of tracks that people have given each label, by label id. Labels without tracks are left out."""
-    return label_usage(context.database, key)
+def get_label_usage(key: SetKey, context: ContextDep) -> LabelUsage:
+    """Number of tracks with each label in the current run of each video."""
+    context.search.update(_INDEX_WAIT_S)
+    with context.database.read() as session:
+        return label_usage(session, key, context.search.unread_videos())
 
 
 @router.get("/label-sets/{key}/history", operation_id="list_label_versions", responses=failures(404))

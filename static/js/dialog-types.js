@@ -44,7 +44,7 @@
  *   label: {set: string, labels: Label[], label?: Label|null},
  *   'label-files': {set: string},
  *   'label-history': {set: string},
- *   'label-merge': {set: string, labels: Label[], label: Label, usage: {tracks: number, videos: number}|null},
+ *   'label-merge': {set: string, labels: Label[], label: Label, usage: import('./types.js').LabelUsage|null},
  *   merge: {marked: string[]},
  *   note: {key?: string|null, frame?: number, note_id?: string, text?: string},
  *   palette: {},

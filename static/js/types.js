@@ -15,6 +15,7 @@
 /** @typedef {Schemas['AttributeView']} Attribute */
 /** @typedef {Schemas['LabelView']} Label */
 /** @typedef {Schemas['LabelSetView']} LabelSetSummary */
+/** @typedef {Schemas['LabelUsage']} LabelUsage */
 /** @typedef {Schemas['LabelVersion']} LabelVersion */
 /** @typedef {Schemas['PersonView']} Person */
 /** @typedef {Schemas['AssignmentView']} Assignment */

@@ -65,8 +65,8 @@ export const labelRoutes = ({ base, json, list, object }) => ({
       picture: label.pictogram ? `${base}/labels/${label.id}.png${queryText({ set, size: 64, look: label.pictogram.slice(-60) })}` : null,
     }));
   },
-  /** @param {string} set @param {Call} [call] @returns {Promise<Record<string, {tracks: number, videos: number}>>} by id of the label */
-  labelUsage: (set, call) => object('GET /label-sets/…/usage', [set], {}, { timeout: 60_000, ...call }),
+  /** @param {string} set @param {Call} [call] @returns {Promise<import('../types.js').LabelUsage>} */
+  labelUsage: (set, call) => object('GET /label-sets/…/usage', [set], { labels: 'object', unread: 'number' }, { timeout: 60_000, ...call }),
   /** @param {string} set @param {Call} [call] @returns {Promise<import('../types.js').LabelVersion[]>} newest first */
   labelHistory: (set, call) => list('GET /label-sets/…/history', [set], VERSION, call),
   /** @param {string} set @param {string} format @returns {string} address of the file */

@@ -950,9 +950,18 @@ export interface components {
             /** @description Whether it ships with tsr; the library may have changed it since. */
             shipped: boolean;
         };
+        /** @description Use of the labels of a set. */
+        LabelUsage: {
+            /** @description By id of the label. Labels without tracks are left out. */
+            labels: {
+                [key: string]: components["schemas"]["LabelUse"];
+            };
+            /** @description Number of videos whose tracks or newest edits are not counted, because the search has not read them. */
+            unread: number;
+        };
         /** @description Use of a label. */
         LabelUse: {
-            /** @description Number of tracks of all runs to which a person has given the label, without deleted ones. */
+            /** @description Number of tracks with the label, in the current run of each video, without regions to ignore. */
             tracks: number;
             /** @description Their videos. */
             videos: number;

@@ -93,8 +93,10 @@ test('an unknown name can be added, a hidden label shown again, and a merged lab
 
 test('the consequences of a merge name the number of tracks', () => {
   const [a, b] = labelsNamed(['bus', 'bus stop']);
-  assert.match(describeMerge(a, b, { tracks: 1, videos: 1 }), /^1 track in 1 video is 'bus' and will count as 'bus stop'\./);
-  assert.match(describeMerge(a, b, { tracks: 1200, videos: 3 }), /^1,?200 tracks in 3 videos are/);
-  assert.match(describeMerge(a, b, { tracks: 0, videos: 0 }), /^No track is 'bus' yet/);
+  const usage = (/** @type {number} */ tracks, /** @type {number} */ videos) => ({ labels: { [a.id]: { tracks, videos } }, unread: 0 });
+  assert.match(describeMerge(a, b, usage(1, 1)), /^1 track in 1 video is 'bus' and will count as 'bus stop'\./);
+  assert.match(describeMerge(a, b, usage(1200, 3)), /^1,?200 tracks in 3 videos are/);
+  assert.match(describeMerge(a, b, { labels: {}, unread: 0 }), /^No track is 'bus' yet/);
+  assert.match(describeMerge(a, b, { labels: {}, unread: 2 }), /^The tracks of 2 more videos are not counted\./);
   assert.match(describeMerge(a, b, null), /^Its names will mean 'bus stop'/);
 });

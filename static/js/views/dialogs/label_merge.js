@@ -17,26 +17,25 @@ import { createLabelPicker } from './label_picker.js';
  * The consequences of a merge, in a sentence or two.
  * @param {Label} label
  * @param {Label} into
- * @param {{tracks: number, videos: number}|null} usage   null: not known
+ * @param {import('../../types.js').LabelUsage|null} usage   null: not known
  */
 export function describeMerge(label, into, usage) {
-  const tracks = usage?.tracks
-    ? `${plural(usage.tracks, 'track')} in ${plural(usage.videos, 'video')} ${usage.tracks === 1 ? 'is' : 'are'} '${label.name}' and will count as '${into.name}'.`
-    : usage
-      ? `No track is '${label.name}' yet.`
-      : '';
-  return `${tracks} Its names will mean '${into.name}'. The merge can be undone in the history; stored data is not rewritten.`.trim();
+  const used = usage?.labels[label.id];
+  const sentences = [
+    used
+      ? `${plural(used.tracks, 'track')} in ${plural(used.videos, 'video')} ${used.tracks === 1 ? 'is' : 'are'} '${label.name}' and will count as '${into.name}'.`
+      : usage && !usage.unread && `No track is '${label.name}' yet.`,
+    usage?.unread && `The tracks of ${plural(usage.unread, 'more video')} are not counted.`,
+    `Its names will mean '${into.name}'. The merge can be undone in the history; stored data is not rewritten.`,
+  ];
+  return sentences.filter(Boolean).join(' ');
 }
 
 /** @type {import('./index.js').CreateDialog<'label-merge'>} */
 export function labelMergeDialog({ app, data, close, signal }) {
   /** @type {Label} */ const label = data.label;
   /** @type {Label|null} */ let into = null;
-  const summary = h(
-    'p',
-    { role: 'status' },
-    `Which label is '${label.name}'?${data.usage ? ` It is used in ${plural(data.usage.tracks, 'track')}.` : ''}`,
-  );
+  const summary = h('p', { role: 'status' }, `Which label is '${label.name}'?`);
   const errorText = h('p.field-error.grow', { role: 'alert' });
   const submitButton = h('button.btn.btn-primary', { type: 'submit', disabled: true }, icon('merge'), 'Merge');
   const picker = createLabelPicker({

@@ -19,7 +19,7 @@ export function createLabels(app) {
   const { store, api } = app;
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
-  /** The shown set; null: not loaded yet. @type {{key: string, version: number, labels: Label[], usage: import('./table.js').Usage}|null} */
+  /** The shown set; null: not loaded yet. @type {{key: string, version: number, labels: Label[], usage: import('../../types.js').LabelUsage|null}|null} */
   let shown = null;
   /** Key of the requested set. */
   let requestedSet = '';
@@ -52,7 +52,7 @@ export function createLabels(app) {
         if (label)
           dialog((set) => ({
             kind: 'label-merge',
-            data: { ...set, label, usage: set.usage && (set.usage[String(label.id)] ?? { tracks: 0, videos: 0 }) },
+            data: { ...set, label },
           }));
       },
     },
@@ -116,7 +116,7 @@ export function createLabels(app) {
 
   const current = () => shown?.labels.find(({ id }) => id === selected) ?? null;
 
-  /** @param {(set: {set: string, labels: Label[], usage: import('./table.js').Usage}) => import('../../state-types.js').Dialog} of */
+  /** @param {(set: {set: string, labels: Label[], usage: import('../../types.js').LabelUsage|null}) => import('../../state-types.js').Dialog} of */
   function dialog(of) {
     if (shown === null) return;
     const { key: set, labels, usage } = shown;

@@ -8,7 +8,7 @@ import { count } from '../../model/format.js';
 import { imageWithPlaceholder, setImageSource } from '../images.js';
 
 /** @typedef {import('../../types.js').Label} Label */
-/** @typedef {Record<string, {tracks: number, videos: number}>|null} Usage */
+/** @typedef {import('../../types.js').LabelUsage|null} Usage */
 
 const COLUMNS = ['', 'Key', 'Name', 'Short', 'Aliases', 'Shape', 'Category', 'Attributes', 'Training', 'Tracks'];
 /** Rows kept above and below the visible ones. */
@@ -32,7 +32,7 @@ export function createLabelTable({ onChoose, onOpen }) {
       ...COLUMNS.map((text) =>
         h(
           'span',
-          { role: 'columnheader', title: text === 'Tracks' ? 'Tracks that people have given the label' : text },
+          { role: 'columnheader', title: text === 'Tracks' ? 'Tracks with the label in the current run of each video' : text },
           text || h('span.visually-hidden', 'Picture'),
         ),
       ),
@@ -159,7 +159,6 @@ function createRow(id) {
       const reason = unavailableReason(label, labels);
       element.classList.toggle('label-away', reason !== '');
       setImageSource(picture, label.picture);
-      const used = usage?.[String(label.id)];
       const texts = [
         label.key,
         label.name + (label.pinned === null ? '' : ` · Ctrl+${label.pinned}`) + (reason && ` · ${reason}`),
@@ -169,7 +168,7 @@ function createRow(id) {
         label.category,
         label.attributes.map(({ name }) => name).join(', '),
         { sign: 'sign', background: 'background', ignore: 'nothing' }[label.teach],
-        usage === null ? '–' : count(used?.tracks ?? 0),
+        usage === null ? '–' : count(usage.labels[label.id]?.tracks ?? 0) + (usage.unread ? '+' : ''),
       ];
       cells.forEach((cell, at) => {
         setText(cell, texts[at]);
