@@ -20,7 +20,7 @@ from benchmarks.reporting.markdown import table
 from benchmarks.reporting.plotting import saved_figure
 from benchmarks.review.changed_tracks import CAMERAS, RUNS, JudgedRun, film, judged_runs
 from benchmarks.videos.approaches import read_approaches
-from benchmarks.videos.clips import read_clips
+from benchmarks.videos.clips import place_of, read_clips
 from tsr_engine.json_shapes import JsonMapping
 
 NAMES = tuple(name for name in WEIGHTS if name != "constant")
@@ -71,10 +71,11 @@ def fit(terms_of: NDArray[np.float64], changed: NDArray[np.bool_]) -> LogisticRe
 
 
 def held_out(judged: JudgedTracks) -> NDArray[np.float64]:
-    """Probability of each track by a regression without the tracks of its clip, shape (n,)."""
+    """Probability of each track by a regression without the tracks of its clip's place, shape (n,)."""
     found = np.zeros(len(judged.changed))
-    for clip in np.unique(judged.clip):
-        own = judged.clip == clip
+    places = np.array([place_of(clip) for clip in judged.clip])
+    for place in np.unique(places):
+        own = places == place
         found[own] = fit(judged.terms[~own], judged.changed[~own]).predict_proba(judged.terms[own])[:, 1]
     return found
 
@@ -127,7 +128,8 @@ def _run(data: Data) -> Result:
         "a track that lies on no sign, has a wrong label, shares its sign with another track, or has boxes off its "
         "sign (IoU below 0.5 in at least 2 frames and a tenth of them). Four cameras film each clip, one of them each "
         "approach: as it is, with a fifth of the light, at half the size and compressed strongly, at a third of the "
-        f"frames. Runs: {', '.join(RUNS)}. The fit that rates a track has not seen its clip.",
+        f"frames. Runs: {', '.join(RUNS)}. The fit that rates a track has not seen its clip, nor other "
+        "clips of the same place.",
         figures={
             "tracks": len(judged.changed),
             "changed": int(judged.changed.sum()),
@@ -192,7 +194,8 @@ def _report(result: Result) -> str:
     weights = ", ".join(f"{name} {value:.2f}" for name, value in f["weights"].items())
     return "\n".join((
         f"{f['changed']} of {f['tracks']} tracks are changed ({why}). *Fitted* is a logistic regression with each clip "
-        "left out in turn; *former* is the earlier sort key of the queue, without its term for verdicts near tau.\n",
+        "left out in turn, together with clips of the same place; *former* is the earlier sort key of the queue, "
+        "without its term for verdicts near tau.\n",
         table(rows), "Calibration of the fitted uncertainty:\n", table(calibration),
         "The presets `default` and `lenient` make few mistakes here, so the fit learns the terms mostly from `paper`. "
         "The term *windows* keeps the chances apart: it is 1 for every track of a run that measures rejected "

@@ -13,6 +13,8 @@ from tsr_engine.track_table import TrackTable
 T = TypeVar("T")
 CHOSEN_ON = ("01_076852", "SH4_70b651", "SK3_38cde7")
 """Clips that parameters were chosen on; the others are held out."""
+SAME_PLACE = ("02_71ec1e", "03_c0da85")
+"""Clips of one place: two signs occur in both."""
 
 
 def read_clips(folder: Path) -> dict[str, tuple[Path, TrackTable]]:
@@ -29,6 +31,11 @@ def read_clips(folder: Path) -> dict[str, tuple[Path, TrackTable]]:
     if not found:
         raise Skip("the folder `clips` holds no annotated clip.")
     return found
+
+
+def place_of(clip: str) -> str:
+    """Place of a clip: clips of one place share signs, so that they belong to the same fold."""
+    return SAME_PLACE[0] if clip in SAME_PLACE else clip
 
 
 def clip_groups(clips: Mapping[str, T]) -> dict[str, dict[str, T]]:
