@@ -24,15 +24,15 @@ from tests.forking_popen import install_forking_popen
 __all__ = ["ForkedProgram", "run_forked"]
 
 _FORK_SERVER = multiprocessing.get_context("forkserver")
-# There is one such process, and the first use starts it, so it loads what any test needs.
-_FORK_SERVER.set_forkserver_preload([__name__, "tests.preload", "app.worker", "tsr_engine.runs.track_video"])
+# There is one such process, and the first use starts it, so it loads what any test needs; modules of tests need pytest.
+_FORK_SERVER.set_forkserver_preload([__name__, "pytest", "tests.preload", "app.worker", "tsr_engine.runs.track_video"])
 
 
 class ForkedProgram:
     """The part of ``subprocess.Popen`` that tests need.
 
     Attributes:
-        stderr: its standard error, if that is a pipe.
+        stdout, stderr: its standard output and error, if they are pipes.
     """
 
     def __init__(
@@ -42,6 +42,7 @@ class ForkedProgram:
         env: Mapping[str, str] | None = None,
         cwd: Path | None = None,
         stdin: int | None = None,
+        stdout: int | None = None,
         stderr: int | None = None,
     ) -> None:
         """Start it.
@@ -52,8 +53,10 @@ class ForkedProgram:
             env: its environment; None: this process's.
             cwd: its folder; None: this process's.
             stdin: a file that it reads; None: an empty one.
+            stdout: ``subprocess.PIPE``, or None for what the first such process got.
             stderr: ``subprocess.PIPE``, ``subprocess.DEVNULL``, or None for this process's.
         """
+        self.stdout: IO[str] | None = None
         self.stderr: IO[str] | None = None
         stdin_fd = os.open(os.devnull, os.O_RDONLY) if stdin in (None, subprocess.DEVNULL) else os.dup(stdin)
         if stderr == subprocess.PIPE:
@@ -63,6 +66,10 @@ class ForkedProgram:
             stderr_fd = os.dup(2) if stderr is None else os.open(os.devnull, os.O_WRONLY)
         # a connection is what multiprocessing hands on to a process that is no child
         streams = {0: Connection(stdin_fd, writable=False), 2: Connection(stderr_fd, readable=False)}
+        if stdout == subprocess.PIPE:
+            end, stdout_fd = os.pipe()
+            self.stdout = os.fdopen(end, encoding="utf-8")
+            streams[1] = Connection(stdout_fd, readable=False)
         call = (program, list(arguments), dict(os.environ if env is None else env), cwd or Path.cwd(), streams)
         self._process: BaseProcess = _FORK_SERVER.Process(target=_run, args=call)
         self._process.start()
@@ -125,6 +132,9 @@ def _run(
     for number, stream in streams.items():
         os.dup2(stream.fileno(), number)
         stream.close()
+    sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)  # multiprocessing has put an empty one in its place
+    if 1 in streams:  # what it had may be a file, in which it seeks
+        sys.stdout = os.fdopen(1, "w", encoding="utf-8", closefd=False)
     os.environ.clear()
     os.environ.update(environment)
     os.chdir(folder)

@@ -27,7 +27,8 @@ from tsr_engine.json_shapes import JsonObject
 
 _LOCK_TIMEOUT_S: Final = 60.0
 """Seconds to wait for another process that works on the same drive, because its machine may just have been lost."""
-_PROGRESS_INTERVAL_S: Final = 0.5
+PROGRESS_INTERVAL_S: Final = 0.5
+"""Seconds between two messages about the progress."""
 
 
 def unfinished_folder(folder: Path) -> Path:
@@ -74,7 +75,7 @@ def _track(task: DriveTask) -> JsonObject:
 
     def show(progress: Progress) -> None:
         nonlocal last_report
-        if time.monotonic() - last_report >= _PROGRESS_INTERVAL_S:
+        if time.monotonic() - last_report >= PROGRESS_INTERVAL_S:
             last_report = time.monotonic()
             send_message({"at": progress.done, "of": progress.total})
 
@@ -89,7 +90,7 @@ def _track(task: DriveTask) -> JsonObject:
         cores=task.cores,
     )
     try:
-        with report_compilation(send_note, _PROGRESS_INTERVAL_S):
+        with report_compilation(send_note, PROGRESS_INTERVAL_S):
             report = report_as_json(track_video(request, components, progress=show), request)
         for key, name in (("csv", "tracks.csv"), ("evidence", "evidence"), ("annotated", ANNOTATED_VIDEO)):
             report[key] = name if report[key] is not None else None

@@ -1,4 +1,4 @@
-"""Runs of the review tool on a Ray cluster: a node dies, a run is cancelled, a node has other models, or compiles."""
+"""Runs and a batch on a Ray cluster: a node dies, a run is cancelled, a node has other models, or compiles."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import pickle
 import resource
 import shutil
 import signal
-import subprocess
 import sys
 import threading
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -24,6 +24,9 @@ from app.context import build_context
 from app.runs import executor
 from app.settings import Settings
 from tests.app.jobs.same_evidence import assert_same_evidence
+from tests.batch.ray_batch import PARAMS
+from tests.batch.short_drives import write_short_drive
+from tests.forked_program import ForkedProgram
 from tsr_engine.batch import node_runner, node_worker
 from tsr_engine.batch.cluster import ClusterUnreachable
 from tsr_engine.batch.node_runner import run_on_node
@@ -31,25 +34,46 @@ from tsr_engine.batch.node_task import NodeTask
 from tsr_engine.compilation import COMPILING
 from tsr_engine.extras import MissingExtra
 from tsr_engine.params import Params
-from tsr_engine.runs.track_video import RunReport, RunRequest
+from tsr_engine.pipeline import load_components
+from tsr_engine.runs.track_video import RunReport, RunRequest, track_video
 
-SCRIPT = Path(__file__).with_name("ray_runs.py")
+DRIVES = 3
+
+
+@dataclass(frozen=True)
+class RayOutcomes:
+    """What became of the runs and of the batch, and the folder with the batch's drives and results."""
+
+    found: dict[str, Any]
+    folder: Path
+
+
+@pytest.fixture(scope="module")
+def outcomes(imported_home: Path, tmp_path_factory: pytest.TempPathFactory) -> RayOutcomes:
+    """Those of one cluster, see ``ray_cluster.py``."""
+    pytest.importorskip("ray", reason="Ray is not installed: pip install 'tsr[cluster]'")
+    folder = tmp_path_factory.mktemp("ray")
+    shutil.copytree(imported_home, folder / "home")
+    (folder / "drives").mkdir()
+    for number in range(DRIVES):
+        write_short_drive(folder / "drives" / f"d{number}.mp4", 12 + number)
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+        "RAY_USAGE_STATS_ENABLED": "0",
+    }
+    arguments = [str(folder / name) for name in ("home", "drives", "out")]
+    process = ForkedProgram("tests.app.jobs.ray_cluster:main", arguments, environment)
+    try:
+        assert process.wait(400) == 0
+    finally:
+        process.kill()
+    return RayOutcomes(json.loads((folder / "outcomes.json").read_text()), folder)
 
 
 @pytest.mark.slow
-def test_a_run_resumes_after_the_death_of_a_node(imported_home: Path, reference_run: Path, tmp_path: Path) -> None:
-    pytest.importorskip("ray", reason="Ray is not installed: pip install 'tsr[cluster]'")
-    shutil.copytree(imported_home, tmp_path / "home")
-    paths = os.pathsep.join(filter(None, sys.path))
-    done = subprocess.run(
-        [sys.executable, str(SCRIPT), str(tmp_path / "home")],
-        capture_output=True,
-        text=True,
-        timeout=400,
-        env={**os.environ, "PYTHONPATH": paths, "RAY_USAGE_STATS_ENABLED": "0"},
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    found = json.loads(done.stdout.strip().splitlines()[-1])
+def test_a_run_resumes_after_the_death_of_a_node(outcomes: RayOutcomes, reference_run: Path) -> None:
+    found = outcomes.found
     assert found["waited"]
     assert found["ends"] == {"killed": 1}
     assert found["crashes"] == 0
@@ -57,6 +81,21 @@ def test_a_run_resumes_after_the_death_of_a_node(imported_home: Path, reference_
     assert found["refused"].startswith("ModelError: ")
     assert "has another detector than this work was started with" in found["refused"]
     assert_same_evidence(reference_run, Path(found["folder"]))
+
+
+@pytest.mark.slow
+def test_a_batch_survives_the_death_of_a_node(outcomes: RayOutcomes, tmp_path: Path) -> None:
+    found = outcomes.found["batch"]
+    assert found["killed_after"] == [1]
+    assert found["states"] == {f"d{number}": ["done", ""] for number in range(DRIVES)}
+    assert (found["second_call"], found["same"]) == (0, True)
+    parts = load_components(PARAMS)
+    for number in range(DRIVES):
+        plain = tmp_path / f"{number}.csv"
+        track_video(RunRequest(outcomes.folder / "drives" / f"d{number}.mp4", PARAMS, csv=plain), parts)
+        rows = plain.read_bytes()
+        assert rows.count(b"\n") > 10, "there are signs to be found"
+        assert (outcomes.folder / "out" / f"d{number}" / "tracks.csv").read_bytes() == rows
 
 
 def test_a_run_waits_for_a_computing_node(monkeypatch: pytest.MonkeyPatch) -> None:
