@@ -312,6 +312,16 @@ def test_a_track_ends_in_the_last_frame_of_its_task_that_shows_it(read_file: Rea
     assert "its task has one of 5 frames of the video" in found.repaired[0]
 
 
+def test_regions_to_ignore_that_datumaro_writes(read_file: Read) -> None:
+    """Datumaro keeps the marks of COCO, MOT and Pascal VOC as attributes when it converts to CVAT."""
+    mark = '<box frame="3" keyframe="1" xtl="1" ytl="1" xbr="9" ybr="9">{}<attribute name="{}">True</attribute></box>'
+    own = '<attribute name="uid">a</attribute>'
+    names = ("is_crowd", "ignored", "difficult", "ignore", "dirty")
+    for uid, marked in (("", [True] * 4 + [False]), (own, [False] * 3 + [True, False])):
+        found = read_file(cvat_file(*(cvat_track(mark.format(uid, name), id=k) for k, name in enumerate(names))))
+        assert [track.ignore is not None for track in tracks_of(found).values()] == marked
+
+
 def test_boxes_between_rotated_key_frames_have_their_own_angle(read_file: Read) -> None:
     """CVAT interpolates box and angle and writes both in each row (``simple_interpolation`` in ``annotation.py``)."""
     row = '<box frame="{}" keyframe="{}" outside="{}" xtl="100" ytl="100" xbr="140" ybr="120" rotation="{}"/>'

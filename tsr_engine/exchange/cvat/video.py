@@ -18,7 +18,7 @@ from typing import TextIO
 
 import numpy as np
 
-from tsr_engine.exchange.attributes import frame_values, label_values, track_facts
+from tsr_engine.exchange.attributes import frame_values, ignore_marks, label_values, track_facts
 from tsr_engine.exchange.cvat.common import (
     SHAPES,
     TOOL_ATTRIBUTES,
@@ -210,7 +210,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             validator.hide_from(uid, last_frame + 1 if is_next else frame)
             continue
         first_values = first_values or values
-        frame_label = values.get("frame_label", "").strip()
+        frame_label, marks = values.get("frame_label", "").strip(), ignore_marks(values)
         validator.box(
             uid,
             frame,
@@ -220,9 +220,9 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             line=child.line,
             key=is_key,
             occluded=read_flag(child, "occluded", file, "0"),
-            ignore=values.get("ignore", "").strip().lower() == "true",
+            ignore=any(values.get(name, "").strip().lower() == "true" for name in marks),
             score=read_score(values, file, child),
-            attributes=label_values(values, TOOL_ATTRIBUTES),
+            attributes=label_values(values, TOOL_ATTRIBUTES | marks),
         )
     state, source, note = track_facts(first_values)
     notes = notes_from_text(note, max(last_frame, 0))
