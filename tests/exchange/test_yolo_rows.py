@@ -58,9 +58,10 @@ _CORNERS = "0.5 0.5 0.6 0.5 0.6 0.6 0.5 0.6"
         ((f"{_CORNERS} 0.75", f"{_CORNERS} 0.5"), 0.75, ["box1"]),
         ((f"{_CORNERS} 3", f"{_CORNERS} 3"), None, ["track3"]),
         ((f"{_CORNERS} 0.75 1", f"{_CORNERS} 0.5 1"), 0.75, ["track1"]),
+        ((f"{_CORNERS} 0.75 57", f"{_CORNERS} 0.5 57"), 0.75, ["track57"]),
         ((f"{_CORNERS} 0.55 0.65 0.75 1", f"{_CORNERS} 0.5 1"), 0.75, ["track1"]),
     ],
-    ids=["confidence", "track id", "both", "both after an outline"],
+    ids=["confidence", "track id", "both", "a large track id", "both after an outline"],
 )
 def test_columns_behind_corners(tmp_path: Path, rows: Sequence[str], score: float | None, tracks: list[str]) -> None:
     """``save_txt`` of Ultralytics 8 writes them behind outlines and oriented boxes (``Results.save_txt``)."""

@@ -137,7 +137,8 @@ def _keypoint_shape(values: Sequence[float], size: tuple[int, int]) -> str:
 
 def _extent(points: Sequence[Sequence[float]], size: tuple[int, int]) -> float:
     """The larger side of the upright box around points, px."""
-    xs, ys = [point[0] for point in points], [point[1] for point in points]
+    # A track id is no place in the picture.
+    xs, ys = ([min(point[axis], 1.0) for point in points] for axis in (0, 1))
     return max((max(xs) - min(xs)) * size[0], (max(ys) - min(ys)) * size[1])
 
 
