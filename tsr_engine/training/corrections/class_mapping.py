@@ -129,12 +129,14 @@ def _newest_labels(own: LabelSet, sets: Sequence[LabelSet]) -> LabelSet:
         for label in later:
             if label.id not in labels or labels[label.id].key != label.key:
                 continue
-            target = by_id[merged.get(label.id, label.id)]
-            known = {each.key: number for number, each in labels.items()}
-            number = known.get(target.key, max(labels) + 1)
+            if label.id not in merged:
+                labels[label.id] = label
+                continue
+            target = by_id[merged[label.id]]
+            known = next((number for number, each in labels.items() if each.key == target.key), None)
+            number = max(labels) + 1 if known is None else known
             labels[number] = target.model_copy(update={"id": number})
-            if target is not label:
-                labels[label.id] = label.model_copy(update={"merged_into": number})
+            labels[label.id] = label.model_copy(update={"merged_into": number})
     return own.model_copy(update={"labels": tuple(labels.values())})
 
 
