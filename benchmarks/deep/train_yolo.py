@@ -112,8 +112,11 @@ def main() -> None:
     parser.add_argument("--only", choices=("scenes", "train", "export"), help="one step")
     args = parser.parse_args()
     steps = (args.only,) if args.only else ("scenes", "train", "export")
+    scenes = args.folder / "scenes"
+    if args.gtsdb is None and args.only != "export" and not (scenes / "counts.json").is_file():
+        parser.error(f"there are no scenes in {scenes} yet; name --gtsdb")
     if "scenes" in steps and args.gtsdb is not None:
-        write_scenes(args.gtsdb, args.folder / "scenes")
+        write_scenes(args.gtsdb, scenes)
     if "train" in steps:
         train(args.folder, args.minutes, args.device)
     if "export" in steps:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.deep.train_yolo import write_scenes
+from benchmarks.deep.train_yolo import main, write_scenes
 from benchmarks.experiment import ROOT, Data, Result, Skip
 from benchmarks.experiments import yolo
 
@@ -37,6 +37,16 @@ def test_scenes_are_written_as_the_trainer_reads_them(tmp_path: Path) -> None:
     assert counts["scenes"] == 6
     assert counts["signs"] == sum(bool(text) for text in labels.values())
     assert not (folder / "older.txt").exists()
+
+
+@pytest.mark.parametrize("step", [[], ["--only", "scenes"], ["--only", "train"]])
+def test_a_training_without_scenes_is_refused(
+    tmp_path: Path, step: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["train_yolo", str(tmp_path), *step])
+    with pytest.raises(SystemExit):
+        main()
+    assert f"there are no scenes in {tmp_path / 'scenes'} yet; name --gtsdb" in capsys.readouterr().err
 
 
 def test_the_error_is_of_the_signs_found_at_the_rate() -> None:

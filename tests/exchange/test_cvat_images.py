@@ -54,6 +54,13 @@ def test_pictures_are_listed_in_order_with_their_subset(tmp_path: Path) -> None:
     assert root.findtext("meta/task/mode") == "annotation"
 
 
+def test_regions_to_ignore_that_datumaro_writes(tmp_path: Path) -> None:
+    mark = '<attribute name="{}">true</attribute>'
+    names = ("is_crowd", "ignored", "difficult", "ignore", "dirty")
+    found = _read(tmp_path, _file(*(BOX.format(k, mark.format(name)) for k, name in enumerate(names))))
+    assert [track.ignore is not None for track in tracks_of(found).values()] == [True] * 4 + [False]
+
+
 def test_boxes_without_a_name_become_separate_tracks(tmp_path: Path) -> None:
     found = _read(tmp_path, _file(BOX.format(1, ""), BOX.format(2, "")))
     assert [track.frames.tolist() for track in tracks_of(found).values()] == [[7], [7]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tracemalloc
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,19 @@ def validator() -> ImportValidator:
 def test_invalid_boxes(validator: ImportValidator, edges: tuple[float, float, float, float], rule: str) -> None:
     with pytest.raises(ImportFormatError, match=f"f.xml, line 7: box .*{rule}"):
         validator.box("a", 1, edges, 0, file="f.xml", line=7)
+
+
+def test_a_rate_that_is_only_rounded_is_not_reported() -> None:
+    for stated, own, reports in (
+        (12, "25/2", 0),
+        (13, "25/2", 0),
+        (30, "30000/1001", 0),
+        (12.2, "25/2", 1),
+        (14, "25/2", 1),
+    ):
+        validator = ImportValidator(target_of(make_dataset(rate=Fraction(own))))
+        validator.check_rate(stated, "f.ini")
+        assert len(validator.finish("f.ini").repaired) == reports, stated
 
 
 @pytest.mark.parametrize("frame", [-1, 100, 10**12])

@@ -264,6 +264,6 @@ def test_scores_beyond_one_may_be_left_out(tmp_path: Path) -> None:
 
 def test_a_sequence_at_another_frame_rate_is_reported(tmp_path: Path) -> None:
     _write_sequence(tmp_path)
-    for rate, reported in ((14, True), (25, False)):
+    for rate, reported in ((14, True), (24, True), (25, False)):
         write_text(tmp_path, "seqinfo.ini", f"[Sequence]\nframeRate={rate}\n")
-        assert _reported(_read(tmp_path), f"its sequence has {rate} frames/s, drive.mp4 has 25") == reported
+        assert _reported(_read(tmp_path), f"says {rate} frames/s, drive.mp4 has 25") == reported

@@ -58,9 +58,10 @@ _CORNERS = "0.5 0.5 0.6 0.5 0.6 0.6 0.5 0.6"
         ((f"{_CORNERS} 0.75", f"{_CORNERS} 0.5"), 0.75, ["box1"]),
         ((f"{_CORNERS} 3", f"{_CORNERS} 3"), None, ["track3"]),
         ((f"{_CORNERS} 0.75 1", f"{_CORNERS} 0.5 1"), 0.75, ["track1"]),
+        ((f"{_CORNERS} 0.75 57", f"{_CORNERS} 0.5 57"), 0.75, ["track57"]),
         ((f"{_CORNERS} 0.55 0.65 0.75 1", f"{_CORNERS} 0.5 1"), 0.75, ["track1"]),
     ],
-    ids=["confidence", "track id", "both", "both after an outline"],
+    ids=["confidence", "track id", "both", "a large track id", "both after an outline"],
 )
 def test_columns_behind_corners(tmp_path: Path, rows: Sequence[str], score: float | None, tracks: list[str]) -> None:
     """``save_txt`` of Ultralytics 8 writes them behind outlines and oriented boxes (``Results.save_txt``)."""
@@ -73,10 +74,53 @@ def test_columns_behind_corners(tmp_path: Path, rows: Sequence[str], score: floa
     assert np.isnan(track.score[0]) if score is None else track.score[0] == score
 
 
-def test_numbers_that_may_be_keypoints_are_refused(tmp_path: Path) -> None:
+_QUAD = "0.68 0.38 0.72 0.38 0.72 0.42 0.68 0.42"
+_MARKED = "0.68 0.38 0.9 0.72 0.38 0.8 0 0 0.1 0.68 0.42 0.7"
+
+
+@pytest.mark.parametrize(
+    ("points", "shape"),
+    [
+        (_QUAD, "[4, 2]"),
+        (f"{_QUAD} 0.9", "[4, 2]"),
+        (f"{_QUAD} 0.9 7", "[4, 2]"),
+        (_MARKED, "[4, 3]"),
+        (f"{_MARKED} 0.9", "[4, 3]"),
+        (f"{_MARKED} 0.9 1", "[4, 3]"),
+    ],
+)
+def test_keypoints_without_their_shape_are_refused(tmp_path: Path, points: str, shape: str) -> None:
+    """``save_txt`` of Ultralytics writes no ``data.yaml``. What the message proposes lets the file in."""
     for frame in (10, 11):
-        yolo_folder(tmp_path, f"0 0.5 0.5 0.1 0.1 {_CORNERS} 0.9\n", frame=frame)
-    assert_refused(tmp_path, "yolo", "a polygon must have pairs of x and y after the class. Got 13 numbers.")
+        yolo_folder(tmp_path, f"0 0.7 0.4 0.05 0.05 {points}\n", frame=frame)
+    (tmp_path / "data.yaml").unlink()
+    assert_refused(
+        tmp_path, "yolo", "frame_000010.txt, line 1", f"Write their shape into data.yaml, as 'kpt_shape: {shape}'"
+    )
+    (tmp_path / "data.yaml").write_text(f"kpt_shape: {shape}\n")
+    (track,) = tracks_of(read_onto_drive(tmp_path, "yolo")).values()
+    assert np.allclose(track.boxes, [[432, 135, 464, 153]] * 2)
+    assert np.isnan(track.score).all() == (points in (_QUAD, _MARKED))
+
+
+@pytest.mark.parametrize("corners", [4, 5, 6, 8, 12])
+def test_outlines_are_not_taken_for_keypoints(tmp_path: Path, corners: int) -> None:
+    random = np.random.default_rng(corners)
+    for frame in range(30):
+        angles = random.uniform(0, 2 * np.pi) + np.arange(corners) * 2 * np.pi / corners
+        centre, radius = random.uniform(0.1, 0.9, 2), random.uniform(0.01, 0.1)
+        points = centre + radius * np.stack([np.cos(angles) * random.uniform(0.3, 1), np.sin(angles)], axis=1)
+        yolo_folder(tmp_path, f"0 {' '.join(f'{value:.6f}' for value in points.ravel())}\n", frame=frame)
+    back = read_onto_drive(tmp_path, "yolo")
+    assert any("Polygons were replaced by the upright boxes around them: 30" in sentence for sentence in back.repaired)
+
+
+def test_a_polygon_of_an_odd_number_of_values_is_refused(tmp_path: Path) -> None:
+    for frame in (10, 11):
+        yolo_folder(tmp_path, f"0 {_CORNERS} 0.55 0.65 0.9\n", frame=frame)
+    assert_refused(
+        tmp_path, "yolo", "a polygon must have pairs of x and y after the class. Got 11 numbers. Correct it."
+    )
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,16 @@ _SHARED_NAMES: Final = frozenset({"state", "source", "note"})
 """Names of ours that other tools use too: they are ours only beside a ``uid``."""
 
 
+_OWN_MARK: Final = frozenset({"ignore"})
+_ALL_MARKS: Final = _OWN_MARK | {"is_crowd", "ignored", "difficult"}
+"""The other ones are Datumaro's, for the marks of COCO, MOT and Pascal VOC."""
+
+
+def ignore_marks(attributes: JsonMapping) -> frozenset[str]:
+    """Names of the attributes of a box that mark a region to ignore; in our own files the others are a label's."""
+    return _OWN_MARK if attributes.get("uid") else _ALL_MARKS
+
+
 def written_name(name: str) -> str:
     """The name under which an attribute of a label is written."""
     return f"{PREFIX}{name}" if name in _RESERVED_NAMES or name.startswith(PREFIX) else name

@@ -123,6 +123,17 @@ class ImportValidator:
             "right video, or import with size=scale.",
         )
 
+    def check_rate(self, rate: float, file: str, line: int | str | None = None) -> None:
+        """Report a frame rate that is not the video's, unless it was rounded; 0 and NaN state no rate."""
+        video = self.target.video
+        own = 0.0 if video.rate is None else float(video.rate)
+        is_rounded = rate == rate // 1 and abs(rate - own) <= 0.5
+        if own and rate > 0 and abs(rate - own) > 0.01 * own and not is_rounded:
+            self.repair(
+                f"{location_of(file, line)}: says {rate:g} frames/s, {video.name} has {own:g}. Its frames were taken "
+                "by their number; check that it counts every frame."
+            )
+
     def describe(
         self,
         uid: str,

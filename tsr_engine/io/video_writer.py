@@ -28,9 +28,9 @@ MAX_GAP_TICKS = 2**28
 class VideoWriter:
     """Writes pictures to an MP4 that any player shows (H.264, yuv420p).
 
-    A context manager: the file appears under its name, complete and on the disk, when the block ends; an exception
-    leaves nothing behind. Odd sizes grow by one row or column, a copy of the last. Time gaps
-    are cut to 49 minutes, the most that the clock of an MP4 holds between two pictures.
+    Equal pictures give equal bytes. A context manager: the file appears under its name, complete and on the disk, when
+    the block ends; an exception leaves nothing behind. Odd sizes grow by one row or column, a copy of the last. Gaps in
+    time are cut to 49 minutes, the most that the clock of an MP4 holds between two pictures.
 
     Attributes:
         path: the file.
@@ -87,9 +87,11 @@ class VideoWriter:
         except OSError as error:
             raise self._storage_error(error) from None
         self._container: OutputContainer | None = av.open(self._sink, mode="w", format="mp4")
-        options = {"crf": str(crf), "preset": preset}
+        # Otherwise x264's code for AVX-512 reads memory beyond the macroblocks, and bytes differ from run to run.
+        options = {"crf": str(crf), "preset": preset, "x264-params": "cpu-independent=1"}
         if key_distance is not None:
-            options |= {"g": str(key_distance), "bf": "0", "x264-params": f"keyint={key_distance}:scenecut=0"}
+            options |= {"g": str(key_distance), "bf": "0"}
+            options["x264-params"] += f":keyint={key_distance}:scenecut=0"
         self._stream = self._container.add_stream("libx264", rate=self.rate.limit_denominator(100_000), options=options)
         self._stream.width, self._stream.height = width + width % 2, height + height % 2
         self._stream.pix_fmt = "yuv420p"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,10 @@ import pytest
 import yaml
 
 from tsr_engine.errors import InputError, UsageError
+from tsr_engine.exchange.cvat.common import OPTIONAL_ATTRIBUTES, label_lines
 from tsr_engine.exchange.label_files.formats import LABEL_FORMATS, format_of, read_labels, write_labels
 from tsr_engine.exchange.label_files.label_collector import FileLabels
+from tsr_engine.exchange.labels import ClassMap
 from tsr_engine.labels.files import shipped_set
 from tsr_engine.labels.model import MAX_LABELS, Attribute, Label, LabelSet
 
@@ -68,6 +71,23 @@ def test_cvat_keeps_colours_and_attributes(tmp_path: Path) -> None:
     assert [label.colour for label in found] == ["#ff0000", None, None, None]
     assert [label.attributes for label in found] == [label.attributes for label in STRANGE[:4]]
     assert [label.id for label in found] == [0, 1, 2, 3]
+
+
+def test_labels_for_cvat_declare_what_an_export_writes(tmp_path: Path) -> None:
+    """CVAT drops attributes of an import that the labels of its task lack."""
+    note, mutable = Attribute(name="note", kind="text", default="x"), [False] * 4 + [True] * 3
+    labels = LabelSet(key="a", name="A", next_id=1, labels=(Label(id=0, key="a", name="a", attributes=(note, DIRTY)),))
+    (written,) = json.loads(write_labels(labels, "cvat"))
+    in_export = "".join(
+        label_lines(ClassMap(labels.labels, False, True, True, {}, {}), OPTIONAL_ATTRIBUTES, mutable=True)
+    )
+    names = [each["name"] for each in written["attributes"]]
+    assert names == re.findall("<attribute><name>(.*?)</name>", in_export)
+    assert names[:7] == ["uid", "state", "source", "note", "score", "ignore", "frame_label"]
+    assert [each["mutable"] for each in written["attributes"][:7]] == mutable
+    assert written_and_read(tmp_path, labels, "cvat").labels.labels[0].attributes == (note, DIRTY)
+    others = [{"name": "b", "attributes": [{"name": "state", "input_type": "text", "mutable": False, "values": []}]}]
+    assert [each.name for each in read(tmp_path, others).labels.labels[0].attributes] == ["state"]
 
 
 def test_coco_keeps_ids_and_categories(tmp_path: Path) -> None:

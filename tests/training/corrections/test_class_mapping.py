@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -190,22 +191,38 @@ def test_exports_before_and_after_a_merge_teach_one_class(newest_first: bool) ->
     assert sorted(one for each in found for one in each.items()) == [("m1", ("sign", 1)), ("m2", ("sign", 1))]
 
 
-def test_an_export_of_two_label_sets_has_the_merges_of_its_first_set() -> None:
+THEIRS = LabelSet(key="theirs", name="Theirs", next_id=9, labels=(Label(id=8, key="goal", name="goal"),))
+
+
+def united_export(labels: LabelSet, uid: str, label: int) -> OpenedExport:
+    """An export of two videos, of which only the first has a set that other exports have too."""
+    videos = [(labels, [separate_track(uid, 1, label=label)]), (THEIRS, [separate_track("m9", 2, label=8)])]
+    united, (first, second) = unite_label_sets([(each, make_video(tracks, None)) for each, tracks in videos])
+    return OpenedExport(Dataset(united, (first, replace(second, sha256="b" * 64))), ({}, {}), {}, {"name": "b.zip"})
+
+
+@pytest.mark.parametrize("united_first", [False, True], ids=["plain export from before", "united export from before"])
+@pytest.mark.parametrize("target", ["allj", "halt"], ids=["into a known label", "into a later label"])
+def test_an_export_of_two_label_sets_beside_one_of_another_version(united_first: bool, target: str) -> None:
+    *known, old = CUSTOM_SET.labels
     before = CUSTOM_SET.model_copy(
-        update={
-            "version": 3,
-            "labels": (*CUSTOM_SET.labels[:4], CUSTOM_SET.labels[4].model_copy(update={"merged_into": None})),
-        }
+        update={"version": 3, "labels": (*known, old.model_copy(update={"merged_into": None}))}
     )
-    theirs = LabelSet(key="theirs", name="Theirs", next_id=9, labels=(Label(id=8, key="goal", name="goal"),))
-    parts = [(CUSTOM_SET.model_copy(update={"version": 4}), 1), (theirs, 8)]
-    videos = [(labels, make_video([separate_track("m2", 1, label=label)], None)) for labels, label in parts]
-    united, (first, _) = unite_label_sets(videos)
-    exports = [
-        opened([separate_track("m1", 0, label=5)], before),
-        OpenedExport(Dataset(united, (first,)), ({},), {}, {"name": "b.zip"}),
-    ]
-    assert new_label_keys(exports, ("x",)) == ("allj",)
+    halt = Label(id=6, key="halt", name="Halt!")  # its number is that of another set's label in an older united export
+    into = {"allj": 1, "halt": 6}[target]
+    merged = old.model_copy(update={"merged_into": into})
+    after = CUSTOM_SET.model_copy(update={"version": 4, "labels": (*known, merged, halt)})
+    older, newer = ("m1", 5), ("m2", into)
+    exports = (
+        [united_export(before, *older), opened([separate_track(newer[0], 0, label=newer[1])], after)]
+        if united_first
+        else [opened([separate_track(older[0], 0, label=older[1])], before), united_export(after, *newer)]
+    )
+    further = new_label_keys(exports, ("x",))
+    assert sorted(further) == sorted((target, "goal"))
+    number = 1 + further.index(target)
+    found = result(exports, ("x", *further))
+    assert {**found[0], **found[1]} == {"m1": ("sign", number), "m2": ("sign", number)}
 
 
 def test_label_sets_of_two_libraries_are_kept_apart() -> None:

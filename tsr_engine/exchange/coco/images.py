@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -151,22 +151,11 @@ def find_image_frames(heads: Sequence[CocoHead], validator: ImportValidator, fol
                 key = id_of(image.get("video_id"))
                 chosen[key] = head.videos.get(key, {})
         head.listed.clear()
-        _report_rates(chosen.values(), head.file, validator)
-
-
-def _report_rates(videos: Iterable[JsonObject], file: str, validator: ImportValidator) -> None:
-    """Report a frame rate that is not the video's: the frames were counted after others were left out."""
-    video = validator.target.video
-    for info in videos:
-        name = next((name for name in ("annotation_fps", "fps") if is_number(info.get(name))), None)
-        if name is None or video.rate is None:
-            continue
-        stated, rate = real_of(info[name], name, file, "videos"), float(video.rate)
-        if stated > 0 and abs(stated - rate) > 0.01 * rate:
-            validator.repair(
-                f"{file}: says {stated:g} frames/s, {video.name} has {rate:g}. Its frames were taken by their number; "
-                "check that it counts every frame."
-            )
+        for info in chosen.values():
+            # With another rate the frames were counted after others were left out.
+            name = next((name for name in ("annotation_fps", "fps") if is_number(info.get(name))), None)
+            if name is not None:
+                validator.check_rate(real_of(info[name], name, head.file, "videos"), head.file)
 
 
 def _listed(

@@ -41,8 +41,18 @@ _TRACK_ATTRIBUTES = ("uid", "state", "source", "note")
 _FRAME_ATTRIBUTES = ("score",)
 """Attributes that change from frame to frame."""
 _COLOUR = re.compile("#[0-9a-f]{6}")
-TOOL_ATTRIBUTES = frozenset({*_TRACK_ATTRIBUTES, *_FRAME_ATTRIBUTES, "ignore", "frame_label"})
+OPTIONAL_ATTRIBUTES = ("ignore", "frame_label")
+"""Attributes of frames that only some exports have."""
+TOOL_ATTRIBUTES = frozenset({*_TRACK_ATTRIBUTES, *_FRAME_ATTRIBUTES, *OPTIONAL_ATTRIBUTES})
 """Attributes that this tool writes, which are not a label's."""
+
+
+def tool_attributes(extra: Iterable[str]) -> list[Attribute]:
+    """The attributes of this tool, which each label of a task must declare; ``extra``: further ones of frames."""
+    return [
+        Attribute(name=name, kind="text", mutable=name not in _TRACK_ATTRIBUTES)
+        for name in (*_TRACK_ATTRIBUTES, *_FRAME_ATTRIBUTES, *extra)
+    ]
 
 
 def label_lines(labels: ClassMap, extra: Iterable[str], *, mutable: bool) -> Iterator[str]:
@@ -53,10 +63,7 @@ def label_lines(labels: ClassMap, extra: Iterable[str], *, mutable: bool) -> Ite
         extra: further attributes of this tool that change from frame to frame.
         mutable: whether the task is a video; in tasks of pictures nothing changes.
     """
-    tool_attributes = [
-        Attribute(name=name, kind="text", mutable=name not in _TRACK_ATTRIBUTES)
-        for name in (*_TRACK_ATTRIBUTES, *_FRAME_ATTRIBUTES, *extra)
-    ]
+    own_attributes = tool_attributes(extra)
     declared = [(label.name, label.id, label.colour, label.attributes) for label in labels.labels]
     yield "   <labels>\n"
     for name, index, colour, attributes in [
@@ -65,7 +72,7 @@ def label_lines(labels: ClassMap, extra: Iterable[str], *, mutable: bool) -> Ite
     ]:
         color = colour or _color(index)
         yield f"    <label><name>{escape_text(name)}</name><color>{color}</color><type>any</type><attributes>\n"
-        for each in tool_attributes:
+        for each in own_attributes:
             yield _declaration(each, each.name, mutable)
         for each in attributes:
             yield _declaration(each, written_name(each.name), mutable)

@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from tsr_engine.errors import ImportFormatError
-from tsr_engine.exchange.attributes import label_values, track_facts
+from tsr_engine.exchange.attributes import ignore_marks, label_values, track_facts
 from tsr_engine.exchange.cvat.common import (
     SHAPES,
     TOOL_ATTRIBUTES,
@@ -213,6 +213,7 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
         if not stated_uid:
             uid = validator.unique_uid(uid, file, child.line)
         label = validator.label(attribute(child, "label", file), file, child.line)
+        marks = ignore_marks(values)
         validator.box(
             uid,
             frame,
@@ -221,9 +222,9 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
             file=file,
             line=child.line,
             occluded=read_flag(child, "occluded", file, "0"),
-            ignore=values.get("ignore", "").strip().lower() == "true",
+            ignore=any(values.get(name, "").strip().lower() == "true" for name in marks),
             score=read_score(values, file, child),
-            attributes=label_values(values, _TOOL_ATTRIBUTES),
+            attributes=label_values(values, _TOOL_ATTRIBUTES | marks),
             facts=track_facts(values),
         )
 

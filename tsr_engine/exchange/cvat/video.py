@@ -12,13 +12,15 @@ written as ended.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
-from tsr_engine.exchange.attributes import frame_values, label_values, track_facts
+from tsr_engine.exchange.attributes import frame_values, ignore_marks, label_values, track_facts
+from tsr_engine.exchange.box_rules import Edges, scaled
 from tsr_engine.exchange.cvat.common import (
     SHAPES,
     TOOL_ATTRIBUTES,
@@ -51,6 +53,7 @@ from tsr_engine.exchange.thinning import key_frames
 from tsr_engine.exchange.video_matching import TASK_SWITCH
 from tsr_engine.exchange.video_names import video_names
 from tsr_engine.exchange.xml import Node, attribute, elements, quote_attribute
+from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.plural import plural
 
@@ -188,6 +191,8 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
     uid = validator.unique_uid(stated_uid or f"cvat-{node.attrib.get('id', node.line)}", file, node.line)
     first_values: dict[str, str] = {}
     last_frame = -1
+    last_key: Edges | None = None
+    last_facts: JsonObject = {}
     # FiftyOne marks key frames only for labels that know them. Its other boxes are all stated.
     has_keyframe_flags = any("keyframe" in child.attrib for child, _ in rows)
     # Between key frames CVAT moves the box and its angle evenly, so the upright boxes do not lie on straight lines.
@@ -205,28 +210,51 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             if outside or (goes_on and not is_rotated):
                 continue
         if outside:
-            # Nobody has seen the frames between the last one with the sign and the next one of the task.
-            is_next = frame == min(last_frame + task.task.step, validator.target.video.frames)
-            validator.hide_from(uid, last_frame + 1 if is_next else frame)
+            # Nobody has seen the frames between the last one of the task with the sign and its next one.
+            is_of_task = frame > last_frame and (frame - last_frame) % task.task.step == 0
+            shown = min(frame - (task.task.step if is_of_task else 1), validator.target.video.frames - 1)
+            end = None if is_rotated else _edges_of_mark(child, task.scale)
+            if last_key is not None and end is not None and shown > last_frame:
+                share = (shown - last_frame) / (frame - last_frame)
+                validator.box(uid, shown, _between(last_key, end, share), key=False, **last_facts)
+            validator.hide_from(uid, shown + 1)
+            last_key = None
             continue
         first_values = first_values or values
-        frame_label = values.get("frame_label", "").strip()
-        validator.box(
-            uid,
-            frame,
-            box_edges(child, file, validator, task.scale),
-            validator.label(frame_label, file, child.line) if frame_label else label,
-            file=file,
-            line=child.line,
-            key=is_key,
-            occluded=read_flag(child, "occluded", file, "0"),
-            ignore=values.get("ignore", "").strip().lower() == "true",
-            score=read_score(values, file, child),
-            attributes=label_values(values, TOOL_ATTRIBUTES),
-        )
+        frame_label, marks = values.get("frame_label", "").strip(), ignore_marks(values)
+        edges = box_edges(child, file, validator, task.scale)
+        last_facts = {
+            "label": validator.label(frame_label, file, child.line) if frame_label else label,
+            "file": file,
+            "line": child.line,
+            "occluded": read_flag(child, "occluded", file, "0"),
+            "ignore": any(values.get(name, "").strip().lower() == "true" for name in marks),
+            "attributes": label_values(values, TOOL_ATTRIBUTES | marks),
+        }
+        is_taken = validator.box(uid, frame, edges, key=is_key, score=read_score(values, file, child), **last_facts)
+        last_key = edges if is_taken and is_key else None
+    last_frame_of_task = validator.target.video.frames - 1 if task.task.stop is None else task.task.stop
+    if last_key is not None and has_keyframe_flags and last_frame + task.task.step <= last_frame_of_task:
+        what = "Tracks without an end (outside=1) end in their last key frame; CVAT shows them up to the last frame"
+        validator.count(what, file, node.line)
     state, source, note = track_facts(first_values)
     notes = notes_from_text(note, max(last_frame, 0))
     validator.describe(uid, state=state, source=source, notes=notes, until=last_frame)
+
+
+def _edges_of_mark(node: Node, scale: tuple[float, float]) -> Edges | None:
+    """The box of an end mark, towards which CVAT moves the last one; None: it has none."""
+    try:
+        x1, y1, x2, y2 = (parse_real(node.attrib.get(name, "")) for name in ("xtl", "ytl", "xbr", "ybr"))
+    except ValueError:
+        return None
+    is_box = -math.inf < x1 < x2 < math.inf and -math.inf < y1 < y2 < math.inf
+    return scaled((x1, y1, x2, y2), scale) if is_box else None
+
+
+def _between(a: Edges, b: Edges, share: float) -> Edges:
+    x1, y1, x2, y2 = (start + (end - start) * share for start, end in zip(a, b, strict=True))
+    return x1, y1, x2, y2
 
 
 def _frame(node: Node, file: str, validator: ImportValidator, task: Task, *, outside: bool) -> int:
@@ -234,7 +262,7 @@ def _frame(node: Node, file: str, validator: ImportValidator, task: Task, *, out
     # The mark of the end may lie one step of the task after the last frame.
     first, is_whole = task.offset + count, value.isascii() and value.isdigit() and len(value) < 20
     if outside and is_whole and int(value) in range(first, first + task.step):
-        return count
+        return int(value) - task.offset
     return validator.frame(value, file, node.line, origin=task.offset)
 
 

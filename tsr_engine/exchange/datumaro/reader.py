@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from itertools import groupby, pairwise
 from pathlib import Path
 
-from tsr_engine.exchange.attributes import BOX_NAMES, label_values, parse_attributes, track_facts
+from tsr_engine.exchange.attributes import BOX_NAMES, ignore_marks, label_values, parse_attributes, track_facts
 from tsr_engine.exchange.box_rules import Edges, scaled
 from tsr_engine.exchange.dataset import Dataset
 from tsr_engine.exchange.file_listing import head_of, list_json_files
@@ -26,8 +26,6 @@ from tsr_engine.json_shapes import JsonObject
 
 _CATEGORIES = re.compile(rb'"categories"\s*:\s*\{')
 """Older versions, and CVAT's, do not name the format; categories are an object in no other format."""
-_IGNORED_IN = frozenset({"is_crowd", "ignored", "difficult"})
-"""Attributes by which Datumaro marks regions to ignore from COCO, MOT and Pascal VOC."""
 _POSITIONS_REPORT = "attr.frame is only the position in a list, so pictures got the frame of their names"
 
 
@@ -177,8 +175,7 @@ def _annotation(
         # Datumaro keeps CVAT's end marks as boxes.
         validator.hide_from(uid, frame)
         return True
-    # In our own files these are attributes of labels.
-    marks = frozenset() if attributes.get("uid") else _IGNORED_IN
+    marks = ignore_marks(attributes)
     # CVAT writes attributes of the kind text as texts, also an empty default.
     score = None if attributes.get("score") == "" else attributes.get("score")
     validator.box(
@@ -192,7 +189,7 @@ def _annotation(
         line=where,
         key=attributes.get("keyframe", True) not in (False, "false", "False"),
         occluded=attributes.get("occluded") in (True, "true", "True"),
-        ignore=any(attributes.get(name) in (True, "true", "True") for name in ("ignore", *marks)),
+        ignore=any(attributes.get(name) in (True, "true", "True") for name in marks),
         score=math.nan if score is None else real_of(score, "score", file, where, in_text=True),
         attributes=parse_attributes(label_values(attributes, BOX_NAMES | marks), file, where),
         facts=track_facts(attributes),

@@ -7,6 +7,8 @@ import re
 from pathlib import Path
 from typing import Final
 
+from tsr_engine.exchange.attributes import original_name, written_name
+from tsr_engine.exchange.cvat.common import OPTIONAL_ATTRIBUTES, TOOL_ATTRIBUTES, tool_attributes
 from tsr_engine.exchange.json_stream import members
 from tsr_engine.exchange.label_files.label_collector import FileLabels, LabelCollector
 from tsr_engine.exchange.reading import rule_error
@@ -37,13 +39,17 @@ def read_cvat_labels(path: Path, key: str, name: str) -> FileLabels:
 
 
 def write_cvat_labels(labels: LabelSet) -> str:
-    """Write the labels that are offered, without aliases and pictograms."""
+    """Write the labels that are offered, without aliases and pictograms.
+
+    Each declares this tool's attributes too: CVAT drops those of an import that the labels of its task lack.
+    """
+    own = [_attribute_as_json(attribute, attribute.name) for attribute in tool_attributes(OPTIONAL_ATTRIBUTES)]
     content = [
         {
             "name": label.name,
             **({} if label.colour is None else {"color": label.colour}),
             "type": "any",
-            "attributes": [_attribute_as_json(attribute) for attribute in label.attributes],
+            "attributes": [*own, *(_attribute_as_json(each, written_name(each.name)) for each in label.attributes)],
         }
         for label in labels.offered()
     ]
@@ -64,9 +70,11 @@ def _read_label(found: object, where: str, collector: LabelCollector) -> None:
     if not isinstance(listed, list):
         raise rule_error(collector.file, where, "attributes must be a list. Copy it from CVAT again.")
     attributes: list[Attribute] = []
-    for each in listed:
-        if not isinstance(each, dict):
-            raise rule_error(collector.file, where, "an attribute must be an object. Copy it from CVAT again.")
+    if not all(isinstance(each, dict) for each in listed):
+        raise rule_error(collector.file, where, "an attribute must be an object. Copy it from CVAT again.")
+    # In files of others these names are attributes of labels.
+    own_names = TOOL_ATTRIBUTES if any(each.get("name") == "uid" for each in listed) else frozenset()
+    for each in (each for each in listed if str(each.get("name")) not in own_names):
         attribute = collector.attribute(name, _attribute_fields(each, name, where, collector))
         if attribute is not None and attribute.name in {known.name for known in attributes}:
             collector.note(
@@ -85,7 +93,11 @@ def _attribute_fields(each: JsonObject, label: str, where: str, collector: Label
         rule = "an attribute must have the input_type checkbox, select, radio, number or text, and a list of values."
         raise rule_error(collector.file, where, rule)
     values = [str(value) for value in values]
-    fields = {"name": each.get("name"), "mutable": each.get("mutable") is True}
+    written = each.get("name")
+    fields = {
+        "name": original_name(written) if isinstance(written, str) else written,
+        "mutable": each.get("mutable") is True,
+    }
     default = None if default is None or default == "" else default
     if kind == "checkbox":
         checked = None if default is None else str(default).lower() == "true"
@@ -116,8 +128,8 @@ def _number(value: str, label: str, where: str, collector: LabelCollector) -> fl
         ) from None
 
 
-def _attribute_as_json(attribute: Attribute) -> JsonObject:
-    """An attribute in CVAT's form, in which each has a default."""
+def _attribute_as_json(attribute: Attribute, name: str) -> JsonObject:
+    """An attribute in CVAT's form, in which each has a default, under the name that exports write."""
     default, values = attribute.default, list(attribute.values)
     if attribute.kind == "checkbox":
         shown = str(default is True).lower()
@@ -133,7 +145,7 @@ def _attribute_as_json(attribute: Attribute) -> JsonObject:
         shown = "" if default is None else str(default)
         values = [shown]
     return {
-        "name": attribute.name,
+        "name": name,
         "mutable": attribute.mutable,
         "input_type": attribute.kind,
         "default_value": shown,

@@ -78,8 +78,8 @@ class TimeCheck:
             self._validator.count(
                 "Key frames were taken by their number; their time is that of another", self._file, location
             )
-        if is_number(fps) and abs(real_of(fps, "fps", self._file, self._where) - self._rate) > 0.01 * self._rate:
-            self._validator.repair(f"{self._file}, {self._where}: says {fps:g} frames/s, {video.name} has {rate}.")
+        if is_number(fps):
+            self._validator.check_rate(real_of(fps, "fps", self._file, self._where), self._file, self._where)
 
 
 def read_region(

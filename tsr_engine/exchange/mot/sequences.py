@@ -120,6 +120,5 @@ def picture_scale(sequence: SequenceFiles, folder: Path, validator: ImportValida
     _report_other_name(fields.get("name", "").replace("\\", "/").rsplit("/", 1)[-1], folder, path.name, validator)
     if math.isfinite(length) and length != video.frames:
         validator.repair(f"{path.name}: its sequence has {length:g} frames, {video.name} has {video.frames}.")
-    if video.rate is not None and abs(rate - float(video.rate)) > 1:
-        validator.repair(f"{path.name}: its sequence has {rate:g} frames/s, {video.name} has {float(video.rate):g}.")
+    validator.check_rate(rate, path.name)
     return validator.scale(width, height, path.name) if width == width and height == height else (1.0, 1.0)

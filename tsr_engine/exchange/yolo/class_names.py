@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Collection
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -28,6 +30,30 @@ def quoted_name(name: str) -> str:
     return _UNPRINTABLE.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
+@dataclass(frozen=True, slots=True)
+class DataYaml:
+    """What ``data.yaml`` says about the rows of label files.
+
+    Attributes:
+        names: class names by number; None: there is no ``names``.
+        keypoint_count: how many numbers each row has after its box (``kpt_shape``); 0: it has no keypoints.
+    """
+
+    names: dict[int, str] | None
+    keypoint_count: int
+
+
+def read_data_yaml(path: Path) -> DataYaml:
+    """Read class names, as :func:`read_class_names`, and the shape of keypoints.
+
+    Raises:
+        ImportFormatError: as there, or ``kpt_shape`` is not a number of points and 2 or 3 numbers for each.
+    """
+    members, file = _members(path, ("names", "kpt_shape")), path.name
+    names = members.get("names")
+    return DataYaml(None if names is None else _names(names, file), _keypoint_count(members.get("kpt_shape"), file))
+
+
 def read_class_names(path: Path) -> dict[int, str] | None:
     """Read class names by number; None: there is no ``names``.
 
@@ -36,27 +62,21 @@ def read_class_names(path: Path) -> dict[int, str] | None:
     Raises:
         ImportFormatError: not YAML, or ``names`` is neither a list nor a map of names; names the line.
     """
-    names = _member(path, "names")
+    names = _members(path, ("names",)).get("names")
     return None if names is None else _names(names, path.name)
 
 
-def read_keypoint_count(path: Path) -> int:
-    """Read how many numbers each row of a pose data set has after its box (``kpt_shape``); 0: it has no keypoints.
-
-    Raises:
-        ImportFormatError: not YAML, or ``kpt_shape`` is not a number of points and 2 or 3 numbers for each.
-    """
-    node = _member(path, "kpt_shape")
+def _keypoint_count(node: yaml.Node | None, file: str) -> int:
     if node is None:
         return 0
     values = [each.value for each in node.value] if isinstance(node, yaml.SequenceNode) else []
     if len(values) != 2 or not _NUMBER.fullmatch(str(values[0])) or values[1] not in ("2", "3"):
-        raise _error(path.name, node, "kpt_shape must be the number of points and 2 or 3, as '[4, 3]'. Correct it.")
+        raise _error(file, node, "kpt_shape must be the number of points and 2 or 3, as '[4, 3]'. Correct it.")
     return int(values[0]) * int(values[1])
 
 
-def _member(path: Path, name: str) -> yaml.Node | None:
-    """The value of a key of the file; None: it has no such key."""
+def _members(path: Path, wanted: Collection[str]) -> dict[str, yaml.Node]:
+    """The values of some keys of the file, if it has them."""
     file = path.name
     text = read_text(path, limit=MAX_YAML_BYTES)
     try:
@@ -72,17 +92,17 @@ def _member(path: Path, name: str) -> yaml.Node | None:
     except RecursionError:
         raise rule_error(file, None, "is nested too deeply. Export it again.") from None
     if root is None:
-        return None
+        return {}
     if not isinstance(root, yaml.MappingNode):
         raise _error(file, root, "must be a map with names. Export it again.")
-    found: yaml.Node | None = None
+    found: dict[str, yaml.Node] = {}
     for key, value in root.value:
         if _is_text(key) and key.value == "<<":
             raise _error(file, key, "a merge key (<<) is not read. Write its entries out.")
-        if _is_text(key) and key.value == name:
-            if found is not None:
-                raise _error(file, key, f"has {name} twice. Delete one.")
-            found = value
+        if _is_text(key) and key.value in wanted:
+            if key.value in found:
+                raise _error(file, key, f"has {key.value} twice. Delete one.")
+            found[key.value] = value
     return found
 
 

@@ -28,7 +28,7 @@ from tsr_engine.exchange.reading import MAX_JSON_BYTES, decode_text, read_names,
 from tsr_engine.exchange.sidecar import SidecarRow, read_sidecar
 from tsr_engine.exchange.small_file_store import SmallFileStore, list_all_files, read_content
 from tsr_engine.exchange.truncated_files import report_truncated
-from tsr_engine.exchange.yolo.class_names import read_class_names, read_keypoint_count
+from tsr_engine.exchange.yolo.class_names import read_data_yaml
 from tsr_engine.exchange.yolo.row_shapes import YoloLine, YoloRow, rows_to_boxes
 from tsr_engine.io.plain_numbers import parse_real
 from tsr_engine.plural import plural
@@ -103,7 +103,7 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
             "Run it on the video file, or call the file of a single picture frame_000000.txt, with its frame."
         )
         raise rule_error(files[0], None, rule)
-    names, names_file = _class_names(path, files)
+    names, names_file, keypoint_count = _class_names(path, files)
     if names is not None and _are_benchmark_numbers(names):
         names = dict(enumerate(benchmark_keys()))
         validator.repair(
@@ -122,7 +122,7 @@ def read_yolo(path: Path, target: ImportTarget) -> Dataset:
         if lines.strip():
             found += _lines(lines, name, frame, names, names_file, validator)
     report_truncated(file_ends, validator)
-    rows = rows_to_boxes(found, _keypoint_count(path), validator)
+    rows = rows_to_boxes(found, keypoint_count, validator)
     if names is None and rows:
         validator.repair(f"{path.name}: has no class names (data.yaml); class numbers were taken as those of the tool.")
     loose = UntrackedBoxes(validator, path.name)
@@ -142,27 +142,25 @@ def _listed(name: str) -> ListedPicture:
     return ListedPicture(name, name, scheme=None if in_subset else _SAVE_TXT_SCHEME)
 
 
-def _class_names(path: Path, files: list[str]) -> tuple[dict[int, str] | None, str]:
-    """Names by number, and the file that has them; None: no file has them."""
+def _class_names(path: Path, files: list[str]) -> tuple[dict[int, str] | None, str, int]:
+    """Names by number, the file that has them, and how many numbers keypoints have; None: no file has names."""
+    keypoint_count = 0
     for file in _yaml_files(path):
-        found = read_class_names(file)
-        if found is not None:
-            return found, file.name
+        found = read_data_yaml(file)
+        keypoint_count = keypoint_count or found.keypoint_count
+        if found.names is not None:
+            return found.names, file.name, keypoint_count
     for name in ("classes.txt", "obj.names", "labels/classes.txt", "labels.txt"):
         if (path / name).is_file():
-            return dict(enumerate(read_names(path / name))), name
-    return _class_names_beside(path, files)
+            return dict(enumerate(read_names(path / name))), name, keypoint_count
+    return *_class_names_beside(path, files), keypoint_count
 
 
-def _yaml_files(path: Path) -> list[Path]:
+def _yaml_files(path: Path) -> Iterator[Path]:
     """The files that may describe the data set, the first ones first."""
-    usual = [file for folder in (path, path.parent) for name in YAML_FILES if (file := folder / name).is_file()]
-    return usual + _other_yaml(path)
-
-
-def _keypoint_count(path: Path) -> int:
-    files = _yaml_files(path)
-    return read_keypoint_count(files[0]) if files else 0
+    for folder in (path, path.parent):
+        yield from (file for name in YAML_FILES if (file := folder / name).is_file())
+    yield from _other_yaml(path)
 
 
 def _class_names_beside(path: Path, files: list[str]) -> tuple[dict[int, str] | None, str]:

@@ -3,7 +3,7 @@
 Four numbers are a box, five a box with a sixth column, more than six a polygon. Six are a triangle or a box with
 confidence and track id; this is decided once for all files, since annotations do not mix the two. In a data set with
 keypoints the numbers after the box are those. ``save_txt`` of Ultralytics also writes confidence and track id after the
-corners of polygons and oriented boxes.
+corners of polygons and oriented boxes, and after keypoints.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ _ORIENTED_BOX = 8
 """Number of values of the four corners of an oriented box."""
 _AMBIGUOUS_COUNT = 6
 """Number of values that are a triangle, or a box with confidence and track id."""
+_FAR_APART = 3.0
+"""How many times as large as the corners a box and its keypoints are if all are taken for corners."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +74,15 @@ def rows_to_boxes(lines: Sequence[YoloLine], keypoint_count: int, validator: Imp
         validator: takes the reports.
 
     Raises:
-        ImportFormatError: a row is neither box nor polygon, or rows of six numbers have no common meaning.
+        ImportFormatError: a row is neither box nor polygon, rows of six numbers have no common meaning, or rows look
+            like keypoints without a shape.
     """
     if keypoint_count:
         lines = [_without_keypoints(line, keypoint_count, validator) for line in lines]
     triangles = _are_triangles(lines, validator)
     polygons = [line for line in lines if len(line.values) > _AMBIGUOUS_COUNT]
+    if not keypoint_count:
+        _refuse_keypoints(polygons, (validator.target.video.width, validator.target.video.height))
     trailing_count = _trailing_count(polygons)
     if trailing_count == 2:
         count = plural(len(polygons), "row has", "rows have")
@@ -89,10 +94,52 @@ def rows_to_boxes(lines: Sequence[YoloLine], keypoint_count: int, validator: Imp
 
 
 def _without_keypoints(line: YoloLine, count: int, validator: ImportValidator) -> YoloLine:
-    if len(line.values) != 4 + count:
+    """The row without keypoints; a confidence and a track id may follow them."""
+    if not 0 <= len(line.values) - 4 - count <= 2:
         return line
     validator.count("Keypoints were left out; their boxes were taken", line.file, line.line)
-    return replace(line, values=line.values[:4])
+    return replace(line, values=line.values[:4] + line.values[4 + count :])
+
+
+def _refuse_keypoints(polygons: Sequence[YoloLine], size: tuple[int, int]) -> None:
+    """Refuse rows of which most are boxes with keypoints: as corners of one outline they would lie far apart.
+
+    Raises:
+        ImportFormatError: names the shape to write into ``data.yaml``.
+    """
+    shapes = [_keypoint_shape(line.values, size) for line in polygons]
+    counts = Counter(filter(None, shapes))
+    if 2 * counts.total() > len(shapes):
+        ((shape, _),) = counts.most_common(1)
+        line = polygons[shapes.index(shape)]
+        rule = (
+            f"the numbers look like keypoints after a box. Write their shape into data.yaml, as 'kpt_shape: {shape}'."
+        )
+        raise rule_error(line.file, line.line, rule)
+
+
+def _keypoint_shape(values: Sequence[float], size: tuple[int, int]) -> str:
+    """The likely ``kpt_shape`` of a row; empty: its numbers can be corners."""
+    for trailing_count in range(3):
+        numbers = values[: len(values) - trailing_count]
+        shapes = []
+        for dimensions in (2, 3):
+            count, rest = divmod(len(numbers) - 4, dimensions)
+            points = zip(numbers[4::dimensions], numbers[5::dimensions], strict=False)
+            seen = [point for point in points if point != (0.0, 0.0)]
+            if count and not rest:
+                shapes.append((_extent([numbers[:2], *seen], size), f"[{count}, {dimensions}]"))
+        corners = list(zip(numbers[::2], numbers[1::2], strict=False))
+        if shapes and min(shapes)[0] * _FAR_APART < _extent(corners, size):
+            return min(shapes)[1]
+    return ""
+
+
+def _extent(points: Sequence[Sequence[float]], size: tuple[int, int]) -> float:
+    """The larger side of the upright box around points, px."""
+    # A track id is no place in the picture.
+    xs, ys = ([min(point[axis], 1.0) for point in points] for axis in (0, 1))
+    return max((max(xs) - min(xs)) * size[0], (max(ys) - min(ys)) * size[1])
 
 
 def _are_triangles(lines: Sequence[YoloLine], validator: ImportValidator) -> bool:
@@ -159,7 +206,9 @@ def _row(line: YoloLine, triangles: bool, trailing_count: int, validator: Import
     polygon = len(values) > _AMBIGUOUS_COUNT or (len(values) == _AMBIGUOUS_COUNT and (triangles or bool(extra_values)))
     if polygon and len(values) % 2:
         raise rule_error(
-            line.file, line.line, f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers."
+            line.file,
+            line.line,
+            f"a polygon must have pairs of x and y after the class. Got {len(values)} numbers. Correct it.",
         )
     for value, minimum in zip(values, repeat(_MIN_COORDINATE) if polygon else _MIN_BOX_VALUES, strict=False):
         if not minimum <= value <= _MAX_COORDINATE:

@@ -106,23 +106,38 @@ def map_to_classes(exports: Sequence[OpenedExport], keys: Sequence[str] | None) 
 
 
 def _with_newest_labels(exports: Sequence[OpenedExport]) -> list[OpenedExport]:
-    """The exports with the newest version of each label set that one of them has.
+    """The exports with the labels of the newest version of their set that one of them has.
 
     Otherwise two exports, one from before a merge of labels, would teach one label as two classes.
     """
-    return [replace(each, dataset=replace(each.dataset, labels=_newest_labels(each, exports))) for each in exports]
+    sets = sorted((each.dataset.labels for each in exports), key=lambda labels: labels.version)
+    return [
+        replace(each, dataset=replace(each.dataset, labels=_newest_labels(each.dataset.labels, sets)))
+        for each in exports
+    ]
 
 
-def _newest_labels(export: OpenedExport, exports: Sequence[OpenedExport]) -> LabelSet:
-    own = export.dataset.labels
-    keys = {label.id: label.key for label in own}
-    # Sets of two libraries may have one key; a later version has all labels of an earlier one.
-    later = (
-        labels
-        for labels in (each.dataset.labels for each in exports)
-        if labels.key == own.key and keys.items() <= {label.id: label.key for label in labels}.items()
-    )
-    return max((own, *later), key=lambda labels: labels.version)
+def _newest_labels(own: LabelSet, sets: Sequence[LabelSet]) -> LabelSet:
+    """A set with the changes of later versions; ``sets`` begin with the oldest.
+
+    Sets of two libraries may have one key, and an export of several sets has further labels. So a label of a later
+    version is the same only if id and key are.
+    """
+    labels = {label.id: label for label in own}
+    for later in (each for each in sets if each.key == own.key and each.version > own.version):
+        merged, by_id = later.merged_ids(), {label.id: label for label in later}
+        for label in later:
+            if label.id not in labels or labels[label.id].key != label.key:
+                continue
+            if label.id not in merged:
+                labels[label.id] = label
+                continue
+            target = by_id[merged[label.id]]
+            known = next((number for number, each in labels.items() if each.key == target.key), None)
+            number = max(labels) + 1 if known is None else known
+            labels[number] = target.model_copy(update={"id": number})
+            labels[label.id] = label.model_copy(update={"merged_into": number})
+    return own.model_copy(update={"labels": tuple(labels.values())})
 
 
 def _as_classes(track: Track, classes: RunClasses, missing_labels: Counter[str]) -> Track:
