@@ -43,6 +43,8 @@ GtsrbOption = Annotated[
         "--gtsrb", metavar="DIR", help="Folder of GTSRB class folders 00000 to 00042; with --export: for figures."
     ),
 ]
+ScenesOption = Annotated[Path | None, typer.Option("--gtsdb", metavar="DIR", help="GTSDB scenes with gt.txt.")]
+CropsOption = Annotated[Path | None, typer.Option("--gtsrb", metavar="DIR", help="GTSRB class folders 00000 to 00042.")]
 SignsOption = Annotated[
     Path | None,
     typer.Option(
@@ -130,7 +132,7 @@ def classifier(
 
 @app.command("network")
 def network(
-    out: OutOption, gtsrb: GtsrbOption = None, device: DeviceOption = "cuda", seed: SeedOption = 0,
+    out: OutOption, gtsrb: CropsOption = None, device: DeviceOption = "cuda", seed: SeedOption = 0,
     json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Train the network that reads beside the classifier, with PyTorch (minutes on a GPU, days without).
@@ -160,7 +162,7 @@ def online(
 
 @app.command("memory")
 def memory(
-    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0,
+    out: OutOption, gtsdb: ScenesOption = None, gtsrb: CropsOption = None, seed: SeedOption = 0,
     json: JsonOption = False, signs: SignsOption = None,
 ) -> None:  # fmt: skip
     """Draw the training samples that later refinements keep, for the detector and classifier in --out.
@@ -174,7 +176,7 @@ def memory(
 
 @app.command("other-shapes")
 def other_shapes(
-    out: OutOption, gtsdb: GtsdbOption = None, signs: SignsOption = None, seed: SeedOption = 0,
+    out: OutOption, gtsdb: ScenesOption = None, signs: SignsOption = None, seed: SeedOption = 0,
     json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Train the detector of signs outside the 43 classes, beside the detector in --out (long).
@@ -194,7 +196,7 @@ def everything(
     video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
     signs: SignsOption = None,
 ) -> None:  # fmt: skip
-    """Train all components, one after the other; or refine all of an earlier version.
+    """Train all components but network and other-shapes, one after the other; or refine an earlier version.
 
     \b
     Examples:
