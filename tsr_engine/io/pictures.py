@@ -35,10 +35,15 @@ def find_pictures(sources: Iterable[Path]) -> Iterator[Path]:
                 raise InputError(f"There is no picture or folder at {source}. Check the path.")
             yield source
             continue
-        found = sorted(path for path in source.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
+        found = sorted(path for path in source.iterdir() if path.suffix.lower() in SUFFIXES and _is_listed(path))
         if not found:
             raise InputError(f"The folder {source} has no pictures ({', '.join(sorted(SUFFIXES))}). Choose another.")
         yield from found
+
+
+def _is_listed(path: Path) -> bool:
+    """Whether an entry of a folder is a file, or a link to nothing, which :func:`read_picture` then refuses."""
+    return path.is_file() or (path.is_symlink() and not path.exists())
 
 
 def read_picture(path: Path) -> Picture:
