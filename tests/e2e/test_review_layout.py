@@ -155,6 +155,11 @@ def test_a_track_ends_where_the_end_of_its_bar_is_let_go(review: ReviewSession, 
     end = wait_for(page, lambda s: s["frame"] == s["shown"])["frame"]
     edit_and_save(page, page.mouse.up)
     assert [part["last"] for part in review.documents()[key]["segments"]] == [end]
+    page.locator(".picture-stage").focus()
+    page.keyboard.press("f")
+    wait_for(page, lambda s: s["frame"] == end + 1)
+    page.get_by_role("tab", name="Inspector").click()
+    expect(page.locator(".inspector")).to_contain_text("The track has no box of the engine in this frame.")
     edit_and_save(page, lambda: page.keyboard.press("Control+z"))
     assert [part["last"] for part in review.documents()[key]["segments"]] == [last]
 
