@@ -109,8 +109,8 @@ def folder_with_hashes(settings: Settings, session: Session, wanted: Mapping[str
             return ensure_local(settings, version.place, version.folder)
     listed = ", ".join(f"{name} {digest[:12]}" for name, digest in sorted(wanted.items()))
     raise ModelError(
-        f"{who} was started with models that no longer exist here ({listed}). Put their folder back, "
-        "or start a new run."
+        f"{who} was started with models that no longer exist here ({listed}). Start tsr review with "
+        "--models and their folder, or start a new run."
     )
 
 

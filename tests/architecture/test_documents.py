@@ -10,7 +10,11 @@ import pytest
 import typer.main
 
 from app.cli.main import register
-from tsr_engine.cli.main import app
+from tsr_engine.cli import train
+from tsr_engine.cli.main import app, run
+from tsr_engine.errors import InputError
+from tsr_engine.training.corrections import exports
+from tsr_engine.training.public import network_classifier, train_parts
 
 register()
 TSR = typer.main.get_command(app)
@@ -59,6 +63,27 @@ def test_options_of_shown_commands_exist() -> None:
             options += len(given)
     assert options > 150
     assert unknown == []
+
+
+def test_shown_trainings_name_the_data_that_they_need(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def begin(*asked: object) -> None:
+        raise InputError("begun")
+
+    monkeypatch.setattr(train_parts, "train_component", begin)
+    monkeypatch.setattr(network_classifier, "train_network", begin)
+    monkeypatch.setattr(exports, "open_export", begin)
+    monkeypatch.setattr(train, "require_extra", lambda name: None)
+    monkeypatch.chdir(tmp_path)
+    for folder in ("GTSDB", "GTSRB", "models"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "drive.mp4").touch()
+    lines = [line for line in COMMANDS.splitlines() if line.startswith("    tsr train ")]
+    assert len(lines) > 8
+    for line in lines:
+        run(line.split("#")[0].split()[1:])
+        assert capsys.readouterr().err.endswith("tsr: begun\n"), line
 
 
 def anchors(page: Path) -> set[str]:

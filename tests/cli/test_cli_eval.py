@@ -11,8 +11,10 @@ import pytest
 
 import tsr_engine.pipeline
 from tests import toy_pipeline
+from tsr_engine.cli import evaluate
 from tsr_engine.cli.main import run
-from tsr_engine.io.models import load_component
+from tsr_engine.io import models
+from tsr_engine.io.models import Component, load_component
 from tsr_engine.labels.classes import default_keys
 from tsr_engine.recognition.gtsrb_classes import CLASS_NAMES
 
@@ -50,6 +52,16 @@ def test_eval_tracking(annotated: Path, tmp_path: Path, capsys: Capture) -> None
     assert report["KF alone"]["mean_error_by_source"].keys() <= {"detected", "predicted"}
     assert json.loads((tmp_path / "report" / "tracking.json").read_text()) == report
     assert (tmp_path / "report" / "tracking_error.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_ground_truth_beyond_the_video_is_refused_before_tracking(
+    annotated: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(evaluate, "track_without_files", None)
+    with (annotated / "gt" / "drive.csv").open("a") as table:
+        table.write("500,1,10,10,40,40,14,1,0\n")
+    assert run(["eval", "tracking", str(annotated)]) == 3
+    assert "frame must be a whole number from 0 to 35, got 500" in capsys.readouterr().err
 
 
 def test_eval_tracking_of_given_rows(annotated: Path, tmp_path: Path, capsys: Capture) -> None:
@@ -133,6 +145,18 @@ def test_eval_detection(scenes: Path, tmp_path: Path, capsys: Capture) -> None:
     assert report["raw score"]["signs"] == 5
     assert 0.3 < report["raw score"]["average_precision"] <= 1.0
     assert (tmp_path / "report" / "precision_recall.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_eval_detection_refuses_what_it_cannot_score(
+    scenes: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trained = Component("detector", {}, data={"scenes": {"scenes": 600}}, seed=0)
+    monkeypatch.setattr(models, "load_component", lambda name, folder=None: trained)
+    assert run(["eval", "detection", "--gtsdb", str(scenes), "--held-out"]) == 3
+    assert "held out of 600, but --gtsdb has 6. Name the scenes of the training" in capsys.readouterr().err
+    (scenes / "gt.txt").write_text("")
+    assert run(["eval", "detection", "--gtsdb", str(scenes)]) == 3
+    assert "has no scene with signs to score" in capsys.readouterr().err
 
 
 def test_train_online(scenes: Path, tmp_path: Path, capsys: Capture) -> None:

@@ -38,6 +38,12 @@ def test_help_of_every_command_has_an_example(command: str, capsys: Capture) -> 
     assert f"tsr {command}" in out.split("Example")[1]
 
 
+@pytest.mark.parametrize("command", ["network", "memory", "other-shapes"])
+def test_help_of_training_without_corrections_does_not_mention_them(command: str, capsys: Capture) -> None:
+    assert run(["train", command, "--help"]) == 0
+    assert "--export" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("command", ["track", "replay", "detect"])
 def test_help_lists_every_parameter_with_its_range(command: str, capsys: Capture) -> None:
     assert run([command, "--help"]) == 0

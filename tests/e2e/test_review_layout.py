@@ -76,6 +76,17 @@ def test_queue_and_inspector_stand_side_by_side_where_there_is_room(page: Page) 
         expect(page.get_by_role("tabpanel")).to_have_count(1)
 
 
+def test_the_count_of_open_tracks_is_whole_beside_the_button_of_deleted_ones(page: Page) -> None:
+    to_track(page)
+    page.set_viewport_size({"width": 1600, "height": 950})
+    edit_and_save(page, lambda: page.keyboard.press("Shift+Delete"))
+    expect(page.get_by_role("button", name="1 deleted")).to_be_visible()
+    counts = page.locator(".queue-counts")
+    assert counts.evaluate("(e) => e.scrollWidth <= e.clientWidth"), counts.inner_text()
+    assert page.evaluate(UNTIDY) == []
+    edit_and_save(page, lambda: page.keyboard.press("Control+z"))
+
+
 def test_a_key_a_click_and_a_verdict_lead_to_the_same_frame_of_a_track(review: ReviewSession, page: Page) -> None:
     tracks = review.server.call("GET", f"/runs/{review.run}/tracks")
     key = to_track(page)
@@ -144,6 +155,11 @@ def test_a_track_ends_where_the_end_of_its_bar_is_let_go(review: ReviewSession, 
     end = wait_for(page, lambda s: s["frame"] == s["shown"])["frame"]
     edit_and_save(page, page.mouse.up)
     assert [part["last"] for part in review.documents()[key]["segments"]] == [end]
+    page.locator(".picture-stage").focus()
+    page.keyboard.press("f")
+    wait_for(page, lambda s: s["frame"] == end + 1)
+    page.get_by_role("tab", name="Inspector").click()
+    expect(page.locator(".inspector")).to_contain_text("The track has no box of the engine in this frame.")
     edit_and_save(page, lambda: page.keyboard.press("Control+z"))
     assert [part["last"] for part in review.documents()[key]["segments"]] == [last]
 

@@ -88,12 +88,12 @@ def test_tables_of_kaggle_have_paths(tmp_path: Path) -> None:
 
 
 def test_loose_pictures_have_no_roi(tmp_path: Path) -> None:
-    for name in ("b.jpg", "a.png", "notes.txt"):
+    for name in ("b.jpg", "a.png", "c.webp", "notes.txt"):
         if name.endswith("txt"):
             (tmp_path / name).write_text("x")
         else:
             picture(tmp_path / name)
-    assert read_items(tmp_path) == [CropItem(tmp_path / "a.png"), CropItem(tmp_path / "b.jpg")]
+    assert read_items(tmp_path) == [CropItem(tmp_path / name) for name in ("a.png", "b.jpg", "c.webp")]
 
 
 @pytest.mark.parametrize(

@@ -98,6 +98,14 @@ def test_a_missing_picture_is_refused(tmp_path: Path) -> None:
         list(find_pictures([tmp_path / "none.png"]))
 
 
+def test_a_link_to_nothing_in_a_folder_is_refused_not_skipped(tmp_path: Path) -> None:
+    (tmp_path / "a.png").symlink_to(tmp_path / "gone.png")
+    (tmp_path / "folder.png").mkdir()
+    (path,) = find_pictures([tmp_path])
+    with pytest.raises(InputError, match=r"Cannot read the picture .*a\.png: No such file"):
+        read_picture(path)
+
+
 def test_a_folder_gives_its_pictures_in_order(tmp_path: Path) -> None:
     for name in ("b.png", "a.JPG", "note.txt"):
         (tmp_path / name).write_bytes(b"x")

@@ -18,13 +18,22 @@ if TYPE_CHECKING:
 
 
 def held_out_scenes(scenes: list[Scene], models: Path | None) -> list[Scene]:
-    """The scenes that training held out for figures."""
+    """The scenes that training held out for figures.
+
+    Raises:
+        InputError: the detector has learned from another number of scenes.
+    """
     from tsr_engine.io.models import load_component
     from tsr_engine.training.public.detector_components import split_scenes
 
     component = load_component("detector", models)
     trained = dict(component.data.get("scenes", {})).get("scenes")
-    if trained == len(scenes):
+    if trained is not None:
+        if trained != len(scenes):
+            raise InputError(
+                f"--held-out draws the scenes that the training held out of {trained}, but --gtsdb has {len(scenes)}. "
+                "Name the scenes of the training, or leave --held-out out."
+            )
         say(
             "warning: after its figures were computed, the model was trained again on all scenes, so it does better on "
             "these scenes than on new ones. Its held-out figures are in its manifest."

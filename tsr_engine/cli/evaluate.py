@@ -95,6 +95,7 @@ def tracking(
     check_output_folder(out)
     found = [(video, find_ground_truth(video, truth)) for video in find_annotated_videos(videos, truth)]
     pairs = keep_readable(found)
+    annotations = [read_clip_truth(table, frames) for _, table, (frames, _, _) in pairs]
     runs = {preset: params}
     if kf_alone:
         runs["KF alone"] = params.with_settings([("use_online", False)])
@@ -102,12 +103,11 @@ def tracking(
     details: JsonObject = {}
     for name, chosen in runs.items():
         reports = []
-        for video, table, (frames, width, height) in pairs:
+        for (video, _, (frames, width, height)), annotated in zip(pairs, annotations, strict=True):
             if results is not None:
                 rows = read_results(find_results(video, results))
             else:
                 frames, rows = track_without_files(video, chosen, models, f"{name}: {video.name}")
-            annotated = read_clip_truth(table)
             reports.append(evaluate_video(video.name, annotated, rows, frames, min_width, size=(width, height)))
         summaries[name] = summarise(reports)
         details[name] = [
@@ -267,6 +267,8 @@ def detection(
 
     check_output_folder(out)
     scenes = held_out_scenes(read_gtsdb(gtsdb), models) if held_out else read_gtsdb(gtsdb)
+    if not any(len(scene.boxes) for scene in scenes):
+        raise InputError(f"{gtsdb} has no scene with signs to score. Name annotated scenes.")
     detector = load_detector(params, models)
     found = []
     with progress_bar("detecting", "scenes") as show:

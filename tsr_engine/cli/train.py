@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tsr_engine.cli.common import JsonOption, out_console, print_json
+from tsr_engine.cli.common import JsonOption, out_console, print_json, say
 from tsr_engine.errors import InputError, UsageError
 from tsr_engine.extras import require_extra
 from tsr_engine.json_shapes import JsonObject
@@ -43,6 +43,8 @@ GtsrbOption = Annotated[
         "--gtsrb", metavar="DIR", help="Folder of GTSRB class folders 00000 to 00042; with --export: for figures."
     ),
 ]
+ScenesOption = Annotated[Path | None, typer.Option("--gtsdb", metavar="DIR", help="GTSDB scenes with gt.txt.")]
+CropsOption = Annotated[Path | None, typer.Option("--gtsrb", metavar="DIR", help="GTSRB class folders 00000 to 00042.")]
 SignsOption = Annotated[
     Path | None,
     typer.Option(
@@ -130,7 +132,7 @@ def classifier(
 
 @app.command("network")
 def network(
-    out: OutOption, gtsrb: GtsrbOption = None, device: DeviceOption = "cuda", seed: SeedOption = 0,
+    out: OutOption, gtsrb: CropsOption = None, device: DeviceOption = "cuda", seed: SeedOption = 0,
     json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Train the network that reads beside the classifier, with PyTorch (minutes on a GPU, days without).
@@ -160,7 +162,7 @@ def online(
 
 @app.command("memory")
 def memory(
-    out: OutOption, gtsdb: GtsdbOption = None, gtsrb: GtsrbOption = None, seed: SeedOption = 0,
+    out: OutOption, gtsdb: ScenesOption = None, gtsrb: CropsOption = None, seed: SeedOption = 0,
     json: JsonOption = False, signs: SignsOption = None,
 ) -> None:  # fmt: skip
     """Draw the training samples that later refinements keep, for the detector and classifier in --out.
@@ -174,7 +176,7 @@ def memory(
 
 @app.command("other-shapes")
 def other_shapes(
-    out: OutOption, gtsdb: GtsdbOption = None, signs: SignsOption = None, seed: SeedOption = 0,
+    out: OutOption, gtsdb: ScenesOption = None, signs: SignsOption = None, seed: SeedOption = 0,
     json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Train the detector of signs outside the 43 classes, beside the detector in --out (long).
@@ -194,7 +196,7 @@ def everything(
     video: VideoOption = [], parent: FromOption = None, seed: SeedOption = 0, json: JsonOption = False,  # noqa: B006
     signs: SignsOption = None,
 ) -> None:  # fmt: skip
-    """Train all components, one after the other; or refine all of an earlier version.
+    """Train all components but network and other-shapes, one after the other; or refine an earlier version.
 
     \b
     Examples:
@@ -252,7 +254,8 @@ def _train_from_scratch(asked: _Training) -> None:
     needs_crops = bool({"classifier", "network", "memory"} & set(parts))
     for needed, folder, option in ((needs_scenes, gtsdb, "--gtsdb"), (needs_crops, gtsrb, "--gtsrb")):
         if needed and folder is None:
-            raise UsageError(f"Training {', '.join(parts)} needs {option} DIR. Name the unpacked data folder.")
+            shown = ", ".join(parts).replace("_", "-")
+            raise UsageError(f"Training {shown} needs {option} DIR. Name the unpacked data folder.")
     from tsr_engine.cli.progress import progress_bar
     from tsr_engine.io.models import component_path, save_component
     from tsr_engine.training.public.network_classifier import train_network
@@ -295,9 +298,18 @@ def _refine(asked: _Training) -> None:
         if not video.is_file():
             raise InputError(f"There is no video at {video}, named by --video. Check the path.")
     by_hash = {video_sha256(video): video for video in asked.videos}
+    wanted = set()
+
+    def find(sha256: str, _: str) -> Path | None:
+        wanted.add(sha256)
+        return by_hash.get(sha256)
+
     with tempfile.TemporaryDirectory(prefix="tsr-train-") as name, progress_bar("refining", "") as show:
         work = Path(name)
-        opened = [open_export(path, lambda sha256, _: by_hash.get(sha256), work) for path in asked.exports]
+        opened = [open_export(path, find, work) for path in asked.exports]
+        for sha256, video in by_hash.items():
+            if sha256 not in wanted:
+                say(f"warning: no export is of {video}, named by --video: its bytes are others than those exported.")
         recipe = Recipe(parts=asked.parts, seed=asked.seed)
         report = retrain(opened, recipe, parent, out, work, _stage_progress(show), gtsdb=asked.gtsdb, gtsrb=asked.gtsrb)
     if asked.as_json:

@@ -39,14 +39,18 @@ def every_nth_frame(truth: TrackTable, step: int) -> TrackTable:
     return replace(here, frame=here.frame // step)
 
 
-def read_clip_truth(path: Path) -> TrackTable:
+def read_clip_truth(path: Path, frames: int | None = None) -> TrackTable:
     """Read ground truth from a CSV with the columns ``frame,track_id,x1,y1,x2,y2,class_id,visibility,ignore``.
+
+    Args:
+        path: the file.
+        frames: number of frames of the video; unset: any frame is valid.
 
     Raises:
         InputError: the file or a column is missing, or a row breaks a rule of :mod:`~.box_tables`.
     """
     with _naming_file(path):
-        return truth_table(read_truth_table(_content(path)))
+        return truth_table(read_truth_table(_content(path), frames))
 
 
 def read_mot_truth(path: Path) -> TrackTable:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tsr_engine.errors import InputError
+from tsr_engine.io.pictures import announced_size
 from tsr_engine.records import FloatArray
 
 CLASSES = 43
@@ -60,8 +61,8 @@ def read_gtsdb(folder: Path) -> list[Scene]:
         folder: the folder with the pictures and ``gt.txt``.
 
     Raises:
-        InputError: a missing folder, no ``gt.txt``, no pictures, an invalid row (with its line number),
-            or a row whose picture is missing.
+        InputError: a missing folder, no ``gt.txt``, no pictures, an invalid row (with its line number), a row whose
+            picture is missing or smaller than its box, or one box with two classes.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -69,13 +70,13 @@ def read_gtsdb(folder: Path) -> list[Scene]:
     pictures = {p.stem: p for p in sorted(folder.iterdir()) if p.suffix.lower() in _SUFFIXES}
     truth = folder / GROUND_TRUTH_FILE
     try:
-        lines = truth.read_text(encoding="utf-8").splitlines()
+        lines = truth.read_text(encoding="utf-8-sig").splitlines()
     except FileNotFoundError:
         raise InputError(
             f"Expected {GROUND_TRUTH_FILE} beside the scenes in {folder}, found none. Name a GTSDB folder."
         ) from None
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Cannot read {truth} as text: {error}.") from None
+        raise InputError(f"Cannot read {truth} as text: {error}. Save it as UTF-8 text.") from None
     if not pictures:
         raise InputError(f"Expected GTSDB scenes (.ppm, .png or .jpg) in {folder}, found none. Unpack them there.")
     rows = _read_rows(lines, truth, pictures)
@@ -89,8 +90,13 @@ def _scene(path: Path, rows: list[tuple[int, ...]]) -> Scene:
 
 
 def _read_rows(lines: Iterable[str], truth: Path, pictures: dict[str, Path]) -> dict[str, list[tuple[int, ...]]]:
-    """Parse rows ``left, top, right, bottom, class``, by the stem of their picture."""
+    """Parse rows ``left, top, right, bottom, class``, by the stem of their picture.
+
+    A row that is there twice is read twice: one of the benchmark's is.
+    """
     rows: dict[str, list[tuple[int, ...]]] = {}
+    read: dict[tuple[str, tuple[int, ...]], tuple[int, int]] = {}
+    sizes: dict[str, tuple[int, int] | None] = {}
     for number, line in enumerate(lines, start=1):
         if not line.strip():
             continue
@@ -99,6 +105,20 @@ def _read_rows(lines: Iterable[str], truth: Path, pictures: dict[str, Path]) -> 
             raise InputError(
                 f"{truth}, line {number}: the picture {line.split(';')[0]} is not in {truth.parent}. "
                 "Restore it or remove its lines."
+            )
+        if stem not in sizes:
+            sizes[stem] = announced_size(pictures[stem])
+        width, height = sizes[stem] or (values[2] + 1, values[3] + 1)
+        if values[2] >= width or values[3] >= height:
+            raise InputError(
+                f"{truth}, line {number}: the box ends outside {pictures[stem].name}, which has {width}x{height} px. "
+                "Correct the line, or use the picture that was annotated."
+            )
+        class_id, first = read.setdefault((stem, values[:4]), (values[4], number))
+        if class_id != values[4]:
+            raise InputError(
+                f"{truth}, line {number}: the box of line {first} is here again, with class {values[4]} in place of "
+                f"{class_id}. Remove the wrong line."
             )
         rows.setdefault(stem, []).append(values)
     return rows

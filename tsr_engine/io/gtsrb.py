@@ -26,11 +26,11 @@ import cv2
 import numpy as np
 
 from tsr_engine.errors import InputError
+from tsr_engine.io.pictures import SUFFIXES
 from tsr_engine.io.plain_numbers import parse_whole
 from tsr_engine.recognition.gtsrb_classes import CLASS_COUNT
 from tsr_engine.records import Picture
 
-PICTURES = {".ppm", ".png", ".jpg", ".jpeg", ".bmp"}
 _ROI_COLUMNS = ("Roi.X1", "Roi.Y1", "Roi.X2", "Roi.Y2")
 _COLUMNS = ("Filename", "Path", "Width", "Height", *_ROI_COLUMNS, "ClassId")
 _TRACK_NAME = re.compile(r"^(?:\d{5}_)?(\d{5})_(\d{5})$")
@@ -78,7 +78,7 @@ def read_items(source: Path) -> list[CropItem]:
     folders = sorted(p for p in source.iterdir() if p.is_dir() and any(p.glob("GT-*.csv")))
     if folders:
         return [item for folder in folders for item in read_items(folder)]
-    loose = sorted(p for p in source.iterdir() if p.suffix.lower() in PICTURES)
+    loose = sorted(p for p in source.iterdir() if p.suffix.lower() in SUFFIXES)
     if not loose:
         raise InputError(
             f"Expected class folders with GT-*.csv tables, or pictures, in {source}, found neither. Check the path."

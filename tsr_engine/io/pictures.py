@@ -19,6 +19,8 @@ SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".pgm", ".webp", 
 MAX_PIXELS = 100_000_000
 _MAX_BYTES = 4 * MAX_PIXELS
 """Files up to this size cannot have too many pixels."""
+_ORIENTATION = 0x0112
+"""EXIF tag."""
 
 
 def find_pictures(sources: Iterable[Path]) -> Iterator[Path]:
@@ -33,10 +35,15 @@ def find_pictures(sources: Iterable[Path]) -> Iterator[Path]:
                 raise InputError(f"There is no picture or folder at {source}. Check the path.")
             yield source
             continue
-        found = sorted(path for path in source.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
+        found = sorted(path for path in source.iterdir() if path.suffix.lower() in SUFFIXES and _is_listed(path))
         if not found:
             raise InputError(f"The folder {source} has no pictures ({', '.join(sorted(SUFFIXES))}). Choose another.")
         yield from found
+
+
+def _is_listed(path: Path) -> bool:
+    """Whether an entry of a folder is a file, or a link to nothing, which :func:`read_picture` then refuses."""
+    return path.is_file() or (path.is_symlink() and not path.exists())
 
 
 def read_picture(path: Path) -> Picture:
@@ -66,6 +73,19 @@ def read_picture(path: Path) -> Picture:
     if picture is None:
         raise InputError(f"{path} is not a picture that can be read, or is damaged. Convert it to JPEG or PNG.")
     return np.ascontiguousarray(picture, dtype=np.uint8)
+
+
+def announced_size(path: Path) -> tuple[int, int] | None:
+    """Width and height of a picture as :func:`read_picture` returns it, from its header; None: it cannot be read."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(path) as picture:
+                width, height = picture.size
+                is_on_its_side = picture.getexif().get(_ORIENTATION, 1) in (5, 6, 7, 8)
+    except (UnidentifiedImageError, Image.DecompressionBombError, OSError, ValueError, SyntaxError, EOFError):
+        return None
+    return (height, width) if is_on_its_side else (width, height)
 
 
 def _announced_pixels(content: bytes) -> int:

@@ -123,7 +123,11 @@ def test_the_same_seed_gives_the_same_bytes_and_a_version_can_be_refined_again(
         (["online", "--export", "{export}", "--from", "{here}", "--out", "{here}"], 2, "never overwritten"),
         (["online", "--export", "{export}", "--out", "{out}"], 3, "is missing and the export has no pictures"),
         (["online", "--export", "{export}", "--video", "{here}/none.mp4", "--out", "{out}"], 3, "There is no video at"),
+        (["online", "--export", "{export}", "--video", "{export}", "--out", "{out}"], 3, "warning: no export is of"),
         (["memory", "--gtsdb", "{here}", "--out", "{out}"], 2, "needs --gtsrb DIR"),
+        (["prior", "--gtsdb", "{here}", "--out", "{out}"], 2, "Training prior needs the detector, which"),
+        (["memory", "--gtsdb", "{here}", "--gtsrb", "{here}", "--out", "{out}"], 2, "needs the detector, which"),
+        (["other-shapes", "--signs", "x.json", "--out", "{out}"], 2, "Training other-shapes needs --gtsdb DIR"),
     ],
 )
 def test_refusals_of_the_command(

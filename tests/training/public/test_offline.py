@@ -3,21 +3,24 @@
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from tests.training.toy_scenes import make_scene, write_gtsdb
-from tsr_engine.detection.acf import AcfDetector
+from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.boosting import BoostingPlan
+from tsr_engine.errors import InputError
 from tsr_engine.evaluation.detection import score_detections
 from tsr_engine.geometry.boxes import non_overlap
-from tsr_engine.io.gtsdb import read_gtsdb
+from tsr_engine.io.gtsdb import Scene, read_gtsdb
 from tsr_engine.io.models import Component, load_component, save_component
 from tsr_engine.params.detector import DetectorParams, PriorParams
 from tsr_engine.protocols import OfflineDetector
+from tsr_engine.training.public import refine_stage
 from tsr_engine.training.public.box_refinement import BoxRefinementPlan
 from tsr_engine.training.public.classifier_network import NetworkSettings
-from tsr_engine.training.public.detector import DetectorPlan
+from tsr_engine.training.public.detector import DetectorPlan, fit_detector
 from tsr_engine.training.public.detector_components import split_scenes, train_detector, train_prior
 from tsr_engine.training.public.refine_stage import RefinementPlan
 from tsr_engine.training.public.sign_verifier import SignVerifierPlan
@@ -73,6 +76,40 @@ def unseen() -> list[tuple[np.ndarray, np.ndarray]]:
     rng = np.random.default_rng(99)
     scenes = [make_scene(rng) for _ in range(12)]
     return [(picture, np.array(rows)[:, :4]) for picture, rows in scenes]
+
+
+def test_scenes_too_few_for_a_detector_are_refused_before_its_training(tmp_path: Path) -> None:
+    three = read_gtsdb(write_gtsdb(tmp_path / "three", 3, 1))
+    with pytest.raises(InputError, match=r"got 3 scenes with \d signs\. Name more annotated scenes\."):
+        train_detector(three, None, 3, check_progress, BRIEF)
+    without = [replace(s, boxes=s.boxes[:0], class_ids=s.class_ids[:0]) for s in three] * 4
+    with pytest.raises(InputError, match="got 12 scenes with 0 signs"):
+        train_detector(without, None, 3, check_progress, BRIEF)
+    with pytest.raises(InputError, match="scenes with signs to train a detector on, got none"):
+        fit_detector(without, [], BRIEF, 3, check_progress)
+
+
+def test_a_prior_of_other_scenes_than_those_of_the_detector_is_refused(trained, folder: Path, tmp_path: Path) -> None:
+    detector, _ = trained
+    with pytest.raises(InputError, match="learned from other scenes, or with another seed than 4"):
+        train_prior(read_gtsdb(folder), detector, 4, check_progress)
+    with pytest.raises(InputError, match="Name its scenes and seed"):
+        train_prior(read_gtsdb(write_gtsdb(tmp_path, 24, 2)), detector, 3, check_progress)
+
+
+def test_a_prior_has_no_weight_if_all_detections_for_calibration_are_alike(trained, folder: Path) -> None:
+    detector, _ = trained
+    none = {name: values[:0] for name, values in detector.arrays.items() if name.startswith("heldout_")}
+    empty = replace(detector, arrays={**detector.arrays, **none})
+    assert train_prior(read_gtsdb(folder), empty, 3, check_progress).params["lambda"] == 0
+
+
+def test_small_pictures_among_the_scenes_are_no_obstacle(trained, tmp_path: Path) -> None:
+    detector, _ = trained
+    cv2.imwrite(str(tmp_path / "small.png"), np.zeros((9, 12, 3), np.uint8))
+    stage = AcfModel.from_arrays(detector.arrays, detector.params).refine_stage
+    small = Scene("small.png", tmp_path / "small.png", np.zeros((0, 4)), np.zeros(0, np.int64))
+    assert len(refine_stage.windows_anywhere([small], stage, 5, np.random.default_rng(0))) == 5
 
 
 def make(trained: tuple[Component, Component], **params: object) -> AcfDetector:

@@ -18,6 +18,7 @@ from tsr_engine.detection.boosting import BoostingPlan, boost
 from tsr_engine.detection.log_odds import UNFITTED
 from tsr_engine.detection.trees import NEVER, UNIT, TreeEnsemble
 from tsr_engine.detection.window import Window
+from tsr_engine.errors import InputError
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.gtsrb import CropItem
 from tsr_engine.io.pictures import read_picture
@@ -127,12 +128,11 @@ def fit_detector(
         The model and a record of the training.
 
     Raises:
-        InputError: a picture cannot be decoded.
-        ValueError: no scene has a sign.
+        InputError: a picture cannot be decoded, or no scene has a sign.
     """
     signs = sum(len(s.boxes) for s in scenes)
     if not signs:
-        raise ValueError("A detector is trained on scenes with signs. Got none.")
+        raise InputError("Expected scenes with signs to train a detector on, got none. Name annotated scenes.")
     rng = np.random.default_rng(seed)
     window = Window()
     lambdas = measure_lambdas(read_picture(s.path) for s in scenes[:: max(1, len(scenes) // 40)])

@@ -18,6 +18,7 @@ from tsr_engine.detection.acf import AcfDetector, AcfModel
 from tsr_engine.detection.log_odds import LogOdds
 from tsr_engine.detection.nms import suppress
 from tsr_engine.detection.prior import SpatialPrior, learn_weight, parzen, with_prior
+from tsr_engine.errors import InputError
 from tsr_engine.evaluation.detection import DetectionScore, match, score_detections
 from tsr_engine.geometry.boxes import non_overlap
 from tsr_engine.io.gtsdb import Scene
@@ -26,6 +27,7 @@ from tsr_engine.io.models import Component
 from tsr_engine.io.pictures import read_picture
 from tsr_engine.json_shapes import JsonObject
 from tsr_engine.params.detector import DetectorParams
+from tsr_engine.plural import plural
 from tsr_engine.records import FloatArray
 from tsr_engine.training.progress import Progress, named
 from tsr_engine.training.public.candidates import candidates_of, log_odds_of
@@ -67,11 +69,17 @@ def train_detector(
         learned.
 
     Raises:
-        InputError: the crops or a picture cannot be read.
+        InputError: the crops or a picture cannot be read, or the scenes are too few for the split.
     """
     plan = plan or DetectorPlan()
-    crops = read_items(gtsrb) if gtsrb is not None else []
     train, calibrate, report = split_scenes(scenes, seed)
+    if not (calibrate and report and any(len(scene.boxes) for scene in train)):
+        signs = sum(len(scene.boxes) for scene in scenes)
+        raise InputError(
+            "Expected scenes with signs for training, and scenes for calibration and for figures; got "
+            f"{plural(len(scenes), 'scene')} with {plural(signs, 'sign')}. Name more annotated scenes."
+        )
+    crops = read_items(gtsrb) if gtsrb is not None else []
     model, record = fit_detector(train, crops, plan, seed, named("held-out model", progress))
     calibration = calibrate_model(model, calibrate, seed, named("calibration", progress))
     model = replace(model, calibration=calibration)
@@ -147,12 +155,13 @@ def train_prior(scenes: Sequence[Scene], detector: Component, seed: int, progres
 
     ``lambda`` is learned from the detector's held-out detections, because its scores on training scenes leave nothing
     to correct. Raw scores are first mapped linearly onto the labels +-1, as Eq. 8 compares them; ``lambda`` is mapped
-    back to the raw scale.
+    back to the raw scale. If all detections for calibration are signs, or none is, ``lambda`` is 0.
 
     Raises:
-        InputError: the scenes cannot be read.
+        InputError: the scenes cannot be read, or are not those of the detector.
     """
     train, calibrate, report = split_scenes(scenes, seed)
+    _require_scenes_of(detector, [*calibrate, *report], seed)
     progress("density", 0, 2)
     size = read_picture(scenes[0].path).shape
     table = parzen(_centres(train, size), BANDWIDTH)
@@ -161,8 +170,10 @@ def train_prior(scenes: Sequence[Scene], detector: Component, seed: int, progres
     prior = SpatialPrior(table, 0.0)
     values = prior.at(boxes, size[1], size[0])
     learning = scene_of < len(calibrate)
-    slope, offset = np.polyfit(raw[learning], labels[learning], 1)
-    weight = learn_weight(slope * raw[learning] + offset, values[learning], labels[learning]) / max(slope, 1e-6)
+    weight = 0.0
+    if len(np.unique(labels[learning])) == 2:
+        slope, offset = np.polyfit(raw[learning], labels[learning], 1)
+        weight = learn_weight(slope * raw[learning] + offset, values[learning], labels[learning]) / max(slope, 1e-6)
     progress("figures", 1, 2)
     scores = {}
     for name, used in (("raw", 0.0), ("with_prior", weight)):
@@ -179,6 +190,26 @@ def train_prior(scenes: Sequence[Scene], detector: Component, seed: int, progres
         "figures_from": {"table": len(train), "lambda": len(calibrate), "reported_on": len(report)},
     }
     return Component("prior", {"table": whole}, {"lambda": round(float(weight), 6)}, data, scores, seed)
+
+
+def _require_scenes_of(detector: Component, held_out: Sequence[Scene], seed: int) -> None:
+    """Refuse scenes that the detector's held-out detections do not come from.
+
+    Raises:
+        InputError: fewer than half of the detections on signs are on a sign of these scenes.
+    """
+    boxes, raw, labels = (detector.arrays[f"heldout_{n}"].astype(np.float64) for n in ("boxes", "raw", "labels"))
+    still_on_signs = []
+    for number, scene in enumerate(held_out):
+        here = boxes[:, 0] == number
+        is_hit, _ = match(boxes[here, 1:], raw[here], scene.boxes)
+        still_on_signs += is_hit[labels[here] > 0].tolist()
+    if 2 * sum(still_on_signs) < np.count_nonzero(labels > 0):
+        raise InputError(
+            "The prior is learned from the detector's detections on its held-out scenes. These are not them: it has "
+            f"learned from other scenes, or with another seed than {seed}. Name its scenes and seed, or train the "
+            "detector again."
+        )
 
 
 def _centres(scenes: Sequence[Scene], size: tuple[int, ...]) -> FloatArray:

@@ -17,6 +17,7 @@ from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.boosting import BoostingPlan
 from tsr_engine.detection.log_odds import UNFITTED
 from tsr_engine.detection.other_shapes import COMPONENT, MAX_NESTED_RATIO
+from tsr_engine.errors import InputError
 from tsr_engine.io.gtsdb import Scene
 from tsr_engine.io.models import Component
 from tsr_engine.labels.files import VIENNA, shipped_set
@@ -85,11 +86,10 @@ def fit_other_shapes(
         progress: progress.
 
     Raises:
-        InputError: a picture cannot be decoded.
-        ValueError: no scene has a sign.
+        InputError: a picture cannot be decoded, or no scene has a sign.
     """
     if not any(len(scene.boxes) for scene in scenes):
-        raise ValueError("A detector is trained on scenes with signs. Got none.")
+        raise InputError("Expected scenes with annotated signs to train a detector on, got none. Name such scenes.")
     own = plan.detector
     finer = replace(base.plan, computed_per_octave=own.computed_in_training)
     with tempfile.TemporaryDirectory(prefix="tsr-drawn-") as name:

@@ -105,7 +105,7 @@ def train_refine_stage(
     blank = RefineStage(np.stack(weights), np.stack(biases), scan.cascade)
     negatives = _background(scenes, scan, blank, plan, rng, progress)
     if len(negatives) < MIN_NEGATIVES:
-        negatives = np.concatenate([negatives, _anywhere(scenes, blank, MIN_NEGATIVES, rng)])
+        negatives = np.concatenate([negatives, windows_anywhere(scenes, blank, MIN_NEGATIVES, rng)])
     verifier = boost(
         positives,
         negatives,
@@ -180,12 +180,15 @@ def _background(
     return np.concatenate(out)
 
 
-def _anywhere(scenes: Sequence[Scene], stage: RefineStage, count: int, rng: np.random.Generator) -> NDArray[np.uint8]:
+def windows_anywhere(
+    scenes: Sequence[Scene], stage: RefineStage, count: int, rng: np.random.Generator
+) -> NDArray[np.uint8]:
     """Features of random boxes away from signs, moved by the first regression like candidates."""
     out = []
     for scene in scenes:
         picture = read_picture(scene.path)
-        side = rng.uniform(16, 64, -(-count // len(scenes)))
+        largest = min(64, *picture.shape[:2])
+        side = rng.uniform(min(16, largest), largest, -(-count // len(scenes)))
         x, y = rng.uniform(0, picture.shape[1] - side), rng.uniform(0, picture.shape[0] - side)
         boxes = np.stack([x, y, x + side, y + side], axis=-1)
         boxes = boxes[away_from_signs(boxes, scene.occupied)]

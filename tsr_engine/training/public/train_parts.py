@@ -35,6 +35,8 @@ _NEEDS: Final = {
     OTHER_SHAPES: ("--gtsdb DIR", "--signs FILE"),
 }
 """Component -> options that name its data; the others need scenes only."""
+_BUILDS_ON: Final = {"prior": ("detector",), MEMORY: ("detector", "classifier"), OTHER_SHAPES: ("detector",)}
+"""Component -> components that its training needs in the same folder."""
 
 
 def train_component(
@@ -59,13 +61,16 @@ def train_component(
         signs: annotations of other signs in the scenes, which are then not background; None: no annotations.
 
     Raises:
-        UsageError: required data is not named.
+        UsageError: required data is not named, or a component that this one needs is missing.
         InputError: the data cannot be read.
     """
     named_data = {"--gtsdb DIR": gtsdb, "--gtsrb DIR": gtsrb, "--signs FILE": signs}
     needs = _NEEDS.get(name, ("--gtsdb DIR",))
     if name not in COMPONENTS or any(named_data[option] is None for option in needs):
-        raise UsageError(f"Training {name} needs {' and '.join(needs)}. Name the unpacked data.")
+        raise UsageError(f"Training {_shown(name)} needs {' and '.join(needs)}. Name the unpacked data.")
+    present = set(read_manifest(out)["components"]) if (out / MANIFEST).exists() else set()
+    for missing in (part for part in _BUILDS_ON.get(name, ()) if part not in present):
+        raise UsageError(f"Training {_shown(name)} needs the {missing}, which {out} lacks. Train it there first.")
     if name == "classifier":
         return train_classifier(gtsrb or Path(), seed, progress=progress)
     scenes = read_gtsdb(gtsdb or Path())
@@ -89,6 +94,11 @@ def train_component(
         seed,
         progress,
     )
+
+
+def _shown(name: str) -> str:
+    """The component's name as a command."""
+    return name.replace("_", "-")
 
 
 def train_parts(

@@ -70,7 +70,7 @@ export function createExplain(app, signal) {
             verdict && describeSymmetry(lane, at),
             readAs(inspected, at),
           ]
-        : ['The engine has no box of this track in this frame.'];
+        : ['The track has no box of the engine in this frame.'];
       const lines = personText === null ? engineLines : [personText, hasBox ? 'The engine’s result here:' : null, ...engineLines];
       // events that the verdict already mentions are not repeated
       const events = inspected.sentences.filter(

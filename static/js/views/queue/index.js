@@ -65,7 +65,7 @@ export function createQueue(app) {
   const element = h(
     'section.queue.panel',
     { 'aria-label': 'Queue' },
-    h('div.panel-head', h('h2.queue-title', 'Queue'), countsText, deletedButton, bulkReviewButton, nextVideoButton),
+    h('div.panel-head', h('h2.queue-title', 'Queue'), countsText, bulkReviewButton, nextVideoButton, deletedButton),
     meter,
     filters.element,
     h('div.queue-body', scroller, empty.element),
