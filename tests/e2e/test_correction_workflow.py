@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,7 +11,6 @@ pytest.importorskip("playwright.sync_api")
 
 from playwright.sync_api import Page, expect
 
-from sample_videos import SHIPPED
 from tests.e2e.interception import intercept
 from tests.e2e.review_session import (
     ReviewSession,
@@ -26,7 +22,6 @@ from tests.e2e.review_session import (
     go_back,
     open_address,
     open_long_track,
-    open_session,
     reload_review,
     screen_point,
     select_track,
@@ -36,18 +31,6 @@ from tests.e2e.review_session import (
     wait_until_saved,
     zoom_in,
 )
-
-REAL = "clips/SH4_70b651.mp4"
-FRAMES = 120
-"""Tracked part of the clip: enough for every operation, and quickly done."""
-
-
-@pytest.fixture(scope="module")
-def review(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReviewSession]:
-    data = os.environ.get("TSR_DATA")
-    clip = Path(data).resolve() / REAL if data and (Path(data) / REAL).is_file() else SHIPPED[0].video
-    with open_session(tmp_path_factory, clip, FRAMES) as review:
-        yield review
 
 
 def test_the_walk_by_mouse_and_keys(review: ReviewSession, page: Page) -> None:
@@ -249,6 +232,7 @@ def test_a_correction_works_by_keyboard_alone(review: ReviewSession, page: Page)
     wait_for(page, lambda s: s["unsaved"] == 0 and s["docs"].get(key, {}).get("revision", 0) == before + 2)
     judged = edit_and_save(page, lambda: page.keyboard.press("a"))
     assert judged["docs"][key]["review"] == "accepted"
+    edit_and_save(page, lambda: page.keyboard.press("Control+z"))
     # Tab leaves the picture after its last track: no keyboard trap
     page.locator(".picture-stage").focus()
     for _ in range(12):

@@ -29,7 +29,12 @@ from tests.e2e.review_session import (
 )
 from tests.e2e.scenes import quiet
 
-FRAMES = 45
+FRAMES = 120
+"""Of the run that other files share."""
+LATER_FRAMES = 45
+"""Of a newer run: enough for the long track of the first frame."""
+LONG = 60
+"""Length of that track at least; no other one is as long."""
 
 
 @pytest.fixture(scope="module")
@@ -126,12 +131,12 @@ def test_a_sign_that_is_not_in_the_set_and_the_way_back_to_the_engines(review: R
 
 
 def test_corrections_of_an_earlier_run_are_offered_to_a_new_one(review: ReviewSession, page: Page) -> None:
-    key = str(open_long_track(page)["selected"])
+    key = str(open_long_track(page, LONG)["selected"])
     page.keyboard.press("l")
     edit_and_save(page, lambda: choose_label(page, "yield"))
     page.keyboard.press("v")
     at = wait_for(page, lambda s: s["frame"] == s["shown"] > 0)["frame"]
-    later = review.server.track(review.video, {"stop": FRAMES, "name": "Later"})
+    later = review.server.track(review.video, {"stop": LATER_FRAMES, "name": "Later"})
     page.locator(".topbar-run").select_option(later)
     notice = page.locator(".banner", has_text="in an earlier run")
     notice.get_by_role("button", name="Carry them over").click()
