@@ -199,7 +199,8 @@ def test_another_label_set_can_be_chosen_for_the_library(page: Page) -> None:
     body = """
     const { createLabels } = await load('labels/index.js');
     const labelSets = ['own', 'other'].map((key) => ({ key, name: key, version: 1, default: key === 'own' }));
-    const view = createLabels(stub({}, { labelsOfSet: async () => [], labelUsage: async () => ({ labels: {}, unread: 0 }) }));
+    const labelUsage = async () => ({ labels: {}, unread: 0 });
+    const view = createLabels(stub({}, { labelsOfSet: async () => [], labelUsage }));
     view.update({ labelSets });
     await settle();
     const sets = view.element.querySelector('select');
