@@ -193,9 +193,9 @@ def _report(result: Result) -> str:
     why = ", ".join(f"{count} {name}" for name, count in f["why"].items())
     weights = ", ".join(f"{name} {value:.2f}" for name, value in f["weights"].items())
     return "\n".join((
-        f"{f['changed']} of {f['tracks']} tracks are changed ({why}). *Fitted* is a logistic regression with each clip "
-        "left out in turn, together with clips of the same place; *former* is the earlier sort key of the queue, "
-        "without its term for verdicts near tau.\n",
+        f"{f['changed']} of {f['tracks']} tracks are changed ({why}). *Fitted* is a logistic regression that has not "
+        "seen the clip of the track; *former* is the earlier sort key of the queue, without its term for verdicts near "
+        "tau.\n",
         table(rows), "Calibration of the fitted uncertainty:\n", table(calibration),
         "The presets `default` and `lenient` make few mistakes here, so the fit learns the terms mostly from `paper`. "
         "The term *windows* keeps the chances apart: it is 1 for every track of a run that measures rejected "
