@@ -245,7 +245,7 @@ def test_encodings_named_by_the_header(tmp_path: Path, encoding: str) -> None:
 
 
 def test_unknown_classes_can_be_mapped(tmp_path: Path) -> None:
-    (tmp_path / "a.xml").write_text(one_track(BOX.format(3, 1, 0, 20), BOX.format(4, 1, 1, 20), label="Zebra"))
+    (tmp_path / "a.xml").write_text(one_track(BOX.format(3, 1, 0, 20), BOX.format(8, 1, 1, 20), label="Zebra"))
     with pytest.raises(UnknownLabels, match=r"a.xml: 1 name is no label.*'Zebra' \(1 track, 1 box\)") as reported:
         read_dataset(tmp_path / "a.xml", target_of(make_dataset()))
     assert [(each.name, each.tracks, each.boxes, each.frame) for each in reported.value.labels] == [("Zebra", 1, 1, 3)]

@@ -214,7 +214,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             is_of_task = frame > last_frame and (frame - last_frame) % task.task.step == 0
             shown = min(frame - (task.task.step if is_of_task else 1), validator.target.video.frames - 1)
             end = None if is_rotated else _edges_of_mark(child, task.scale)
-            if last_key is not None and end is not None and shown > last_frame:
+            if last_key is not None and end is not None and end != last_key and shown > last_frame:
                 share = (shown - last_frame) / (frame - last_frame)
                 validator.box(uid, shown, _between(last_key, end, share), key=False, **last_facts)
             validator.hide_from(uid, shown + 1)
