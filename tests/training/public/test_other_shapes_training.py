@@ -12,6 +12,7 @@ from tests.training.public.test_offline import check_progress
 from tests.training.toy_scenes import make_scene, write_gtsdb
 from tsr_engine.detection.acf import AcfModel
 from tsr_engine.detection.other_shapes import OtherShapes
+from tsr_engine.errors import InputError
 from tsr_engine.geometry.boxes import iou
 from tsr_engine.io.gtsdb import read_gtsdb
 from tsr_engine.io.models import Component, load_component, save_component
@@ -70,7 +71,7 @@ def test_the_detector_finds_unseen_signs_but_no_known_ones(trained: Component, b
 
 
 def test_scenes_without_a_sign_are_refused(beside: AcfModel) -> None:
-    with pytest.raises(ValueError, match="scenes with signs"):
+    with pytest.raises(InputError, match="scenes with annotated signs"):
         fit_other_shapes([], beside, PLAN, 0, check_progress)
 
 
