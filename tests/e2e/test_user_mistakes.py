@@ -200,6 +200,11 @@ def test_an_empty_review_says_what_became_of_its_run(page: Page) -> None:
     with page.expect_request("**/resume") as asked:
         page.get_by_role("button", name="Resume the run").last.click()
     assert asked.value.url.split("/")[-2] == state(page)["run"]
+    page.evaluate("() => tsr.store.dispatch((s) => ({...s, review: {...s.review, run: null, tracks: null}}))")
+    expect(places).to_contain_text(["No run yet: start one with “Runs”."] * 2)
+    expect(page.locator(".queue-counts")).to_have_text("")
+    page.get_by_role("button", name="Run the engine").first.click()
+    expect(page.locator("dialog[open]").get_by_role("heading", name="Runs", exact=True)).to_be_visible()
 
 
 def test_a_deleted_track_comes_back_by_its_notice_which_goes_with_the_next_edit(page: Page) -> None:

@@ -1,7 +1,8 @@
 // @ts-check
-/** The reason for an empty list of tracks, with a button if the run can be resumed. */
+/** The reason for an empty list of tracks, with buttons that start a run or resume it. */
 
 import { canResume, whyNoTracks } from '../model/no_tracks.js';
+import { openDialog } from '../store/actions/page.js';
 import { changeRun } from './change_run.js';
 import { h, setText } from './dom.js';
 import { icon } from './icons.js';
@@ -11,13 +12,24 @@ import { authorName } from '../core/preferences.js';
 export function createNoTracks(app, className) {
   const text = h('p');
   const resumeButton = h('button.btn.btn-small', { hidden: true, onclick: resumeRun }, icon('run'), 'Resume the run');
+  const runButton = h(
+    'button.btn.btn-small.btn-primary',
+    { hidden: true, title: 'Choose parameters and find the signs of this video', onclick: openRuns },
+    icon('run'),
+    'Run the engine',
+  );
   const byHandButton = h(
     'button.btn.btn-small',
     { hidden: true, title: 'A run without the engine: draw signs (N) and follow them (T)', onclick: annotateByHand },
     icon('draw'),
     'Annotate by hand',
   );
-  const element = h('div', { class: `no-tracks muted ${className}`, hidden: true }, text, resumeButton, byHandButton);
+  const element = h('div', { class: `no-tracks muted ${className}`, hidden: true }, text, resumeButton, runButton, byHandButton);
+
+  function openRuns() {
+    const video = app.store.get().review?.video.id;
+    if (video) app.store.dispatch(openDialog, { kind: 'run', data: { video } });
+  }
 
   async function annotateByHand() {
     const video = app.store.get().review?.video.id;
@@ -43,7 +55,7 @@ export function createNoTracks(app, className) {
       setText(text, reason);
       element.hidden = reason === '';
       resumeButton.hidden = !canResume(review, total);
-      byHandButton.hidden = review.run !== null || review.timebase === null;
+      runButton.hidden = byHandButton.hidden = review.run !== null || review.timebase === null;
     },
   };
 }

@@ -182,7 +182,11 @@ export function createQueue(app) {
         setText(leftText, review.tracks === null ? '' : `${count(counts.left)} left`);
         setText(
           shownText,
-          order.length === counts.total ? `of ${count(counts.total)}` : `${count(order.length)} of ${count(counts.total)} shown`,
+          review.tracks === null
+            ? ''
+            : order.length === counts.total
+              ? `of ${count(counts.total)}`
+              : `${count(order.length)} of ${count(counts.total)} shown`,
         );
         setAttribute(countsText, 'title', countsText.textContent ?? '');
         bulkReviewButton.hidden = order.length < 2;
