@@ -3,20 +3,12 @@
 from __future__ import annotations
 
 import tracemalloc
-from functools import partial
-from pathlib import Path
 
 import pytest
 
-from tests.exchange.cvat_files import BOX, SAMPLE, Read, cvat_file, cvat_track, read_cvat
+from tests.exchange.cvat_files import BOX, SAMPLE, Read, cvat_file, cvat_track
 from tests.exchange.small_datasets import tracks_of
 from tsr_engine.errors import ImportFormatError
-
-
-@pytest.fixture
-def read_file(tmp_path: Path) -> Read:
-    return partial(read_cvat, tmp_path)
-
 
 TASK = (
     "<task><id>{id}</id><name>{name}</name><size>{size}</size><mode>interpolation</mode><subset>{subset}</subset>"
