@@ -233,6 +233,11 @@ def read_score(values: Mapping[str, str], file: str, node: Node) -> float:
         raise rule_error(file, node.line, f"the attribute score must be a number. Got {value[:40]!r}.") from None
 
 
+def read_ignore(values: Mapping[str, str], marks: Iterable[str]) -> bool:
+    """Whether one of ``marks`` among the attributes of a box says that it is a region to ignore."""
+    return any(values.get(name, "").strip().lower() == "true" for name in marks)
+
+
 def original_scale(size: Node, validator: ImportValidator, file: str) -> tuple[float, float]:
     """Factors from the size in an ``<original_size>`` to the video's.
 

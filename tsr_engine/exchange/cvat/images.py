@@ -26,6 +26,7 @@ from tsr_engine.exchange.cvat.common import (
     label_lines,
     original_scale,
     read_flag,
+    read_ignore,
     read_score,
     source_of,
 )
@@ -222,7 +223,7 @@ def _read_image(node: Node, frame: int, size: Node | None, file: str, validator:
             file=file,
             line=child.line,
             occluded=read_flag(child, "occluded", file, "0"),
-            ignore=any(values.get(name, "").strip().lower() == "true" for name in marks),
+            ignore=read_ignore(values, marks),
             score=read_score(values, file, child),
             attributes=label_values(values, _TOOL_ATTRIBUTES | marks),
             facts=track_facts(values),

@@ -35,6 +35,7 @@ from tsr_engine.exchange.cvat.common import (
     header_lines,
     label_lines,
     read_flag,
+    read_ignore,
     read_score,
     source_of,
 )
@@ -49,7 +50,7 @@ from tsr_engine.exchange.pictures import WrittenPicture, frames_with_boxes, want
 from tsr_engine.exchange.reading import rule_error
 from tsr_engine.exchange.rounding import round_boxes
 from tsr_engine.exchange.split import names_of_subsets, subset_of
-from tsr_engine.exchange.thinning import key_frames
+from tsr_engine.exchange.thinning import interpolate, key_frames
 from tsr_engine.exchange.video_matching import TASK_SWITCH
 from tsr_engine.exchange.video_names import video_names
 from tsr_engine.exchange.xml import Node, attribute, elements, quote_attribute
@@ -215,8 +216,9 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             shown = min(frame - (task.task.step if is_of_task else 1), validator.target.video.frames - 1)
             end = None if is_rotated else _edges_of_mark(child, task.scale)
             if last_key is not None and end is not None and end != last_key and shown > last_frame:
-                share = (shown - last_frame) / (frame - last_frame)
-                validator.box(uid, shown, _between(last_key, end, share), key=False, **last_facts)
+                line = np.array([last_frame, frame]), np.array([last_key, end])
+                x1, y1, x2, y2 = interpolate(*line, np.array([shown]))[0].tolist()
+                validator.box(uid, shown, (x1, y1, x2, y2), key=False, **last_facts)
             validator.hide_from(uid, shown + 1)
             last_key = None
             continue
@@ -228,7 +230,7 @@ def _read_track(node: Node, file: str, validator: ImportValidator, task: VideoTa
             "file": file,
             "line": child.line,
             "occluded": read_flag(child, "occluded", file, "0"),
-            "ignore": any(values.get(name, "").strip().lower() == "true" for name in marks),
+            "ignore": read_ignore(values, marks),
             "attributes": label_values(values, TOOL_ATTRIBUTES | marks),
         }
         is_taken = validator.box(uid, frame, edges, key=is_key, score=read_score(values, file, child), **last_facts)
@@ -250,11 +252,6 @@ def _edges_of_mark(node: Node, scale: tuple[float, float]) -> Edges | None:
         return None
     is_box = -math.inf < x1 < x2 < math.inf and -math.inf < y1 < y2 < math.inf
     return scaled((x1, y1, x2, y2), scale) if is_box else None
-
-
-def _between(a: Edges, b: Edges, share: float) -> Edges:
-    x1, y1, x2, y2 = (start + (end - start) * share for start, end in zip(a, b, strict=True))
-    return x1, y1, x2, y2
 
 
 def _frame(node: Node, file: str, validator: ImportValidator, task: Task, *, outside: bool) -> int:
