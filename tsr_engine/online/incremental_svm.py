@@ -260,9 +260,10 @@ class IncrementalSVC:
         store.diagonal[slot] = row[slot]
         store.Q[:n, slot] = row[:n]
         store.g[slot] = dot(row[:n], store.alpha[:n]) + label * self._b - 1.0
-        self._b, self._size, exact = add_sample(store.dual(self.C), self._b, self._size, slot)
+        dual = store.dual(self.C)
+        self._b, self._size, exact = add_sample(dual, self._b, self._size, slot)
         if not exact:
-            self._b, self._size = repair(store.dual(self.C))
+            self._b, self._size = repair(dual)
 
     def _remove(self, position: int) -> None:
         store = self._store
