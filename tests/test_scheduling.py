@@ -6,8 +6,28 @@ import subprocess
 import sys
 from pathlib import Path
 
+CONFTEST = """
+import time
+
+from xdist.workermanage import WorkerController
+
+from tests.conftest import pytest_xdist_make_scheduler
+
+send = WorkerController.send_runtest_some
+
+
+def send_late(node, indices):
+    if node.__dict__.get("last") == [60, 61]:
+        time.sleep(0.5)  # the process of test_30.py crashes between the decision to give it a file and the sending
+    node.last = indices
+    send(node, indices)
+
+
+WorkerController.send_runtest_some = send_late
+"""
 TESTS = """
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -19,12 +39,13 @@ CRASHED = Path(__file__).with_name("crashed")
 def test_it(number):
     if "test_30" in __file__ and number == 0 and not CRASHED.exists():
         CRASHED.touch()
+        time.sleep(0.2)
         os._exit(1)
 """
 
 
 def test_a_run_ends_after_a_crash(tmp_path: Path) -> None:
-    (tmp_path / "conftest.py").write_text("from tests.conftest import pytest_xdist_make_scheduler\n")
+    (tmp_path / "conftest.py").write_text(CONFTEST)
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     for number in range(40):
         (tmp_path / f"test_{number:02}.py").write_text(TESTS)

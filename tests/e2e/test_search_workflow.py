@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import pytest
 
 pytest.importorskip("playwright")
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
+from tests.e2e.interception import intercept
 from tests.e2e.review_session import (
     ReviewSession,
     fresh_page,
@@ -43,6 +45,21 @@ def test_many_are_judged_by_keys_and_taken_back(review: ReviewSession, found: Pa
     found.keyboard.press("Control+z")
     expect(found.locator('.found-tile[data-state="open"]')).to_have_count(total)
     expect(found.get_by_text("Undone: accepted")).to_be_visible()
+
+
+def test_the_keys_work_when_the_first_answer_came_before_the_run_was_read(found: Page) -> None:
+    found.get_by_role("link", name="Library", exact=True).click()
+    found.locator(".found").wait_for(state="detached")
+
+    def unread(route: Route) -> None:
+        answer = route.fetch()
+        route.fulfill(response=answer, json={**answer.json(), "tracks": [], "next": None, "total": 0, "unread": 1})
+
+    intercept(found, re.compile(r"/api/search\?"), unread)
+    found.get_by_role("link", name="Search", exact=True).click()
+    found.get_by_text("The runs are still being read.").wait_for()
+    found.unroute_all()
+    expect(found.get_by_role("listbox", name="Found tracks")).to_be_focused()
 
 
 def test_filters_are_an_address(found: Page) -> None:

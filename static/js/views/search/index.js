@@ -45,6 +45,8 @@ export function createSearch(app) {
   /** Number of the latest search; answers to older ones are not shown. */
   let latestRequest = 0;
   let isLoading = false;
+  /** Whether the list takes the focus with its first tracks: its keys work at once, also if the runs are still being read. */
+  let takesFocus = false;
   /** @type {ReturnType<typeof setTimeout>|undefined} */ let retryTimer;
   signal.addEventListener('abort', () => clearTimeout(retryTimer), { once: true });
 
@@ -264,6 +266,9 @@ export function createSearch(app) {
     grid.element.hidden = !notice.hidden;
     grid.show(tracks, selected, cursor);
     actions.show(selected.size);
+    if (!takesFocus || tracks.length === 0) return;
+    takesFocus = false;
+    if (!element.contains(document.activeElement) && !document.querySelector('dialog[open]')) grid.element.focus({ preventScroll: true });
   }
 
   const saved = savedStates.get(app);
@@ -281,18 +286,11 @@ export function createSearch(app) {
       const first = query === null;
       query = state.route.query;
       filters.show(parseSearch(query));
+      takesFocus ||= first;
       if (first && saved?.query === query) {
         [cursor, anchor, selected] = [saved.cursor, saved.cursor, saved.selected];
-        void search(true).then(() => {
-          grid.scrollTo(saved.top);
-          grid.element.focus({ preventScroll: true });
-        });
-      } else {
-        void search().then(() => {
-          const elsewhere = element.contains(document.activeElement) || document.querySelector('dialog[open]');
-          if (first && !elsewhere) grid.element.focus({ preventScroll: true });
-        });
-      }
+        void search(true).then(() => grid.scrollTo(saved.top));
+      } else void search();
     },
     destroy() {
       savedStates.set(app, { query: query ?? '', count: tracks.length, top: grid.top(), cursor, selected });
