@@ -46,7 +46,7 @@ export function createSearch(app) {
   let latestRequest = 0;
   let isLoading = false;
   /** Whether the list takes the focus with its first tracks: its keys work at once, also if the runs are still being read. */
-  let takesFocus = false;
+  let takesFocus = true;
   /** @type {ReturnType<typeof setTimeout>|undefined} */ let retryTimer;
   signal.addEventListener('abort', () => clearTimeout(retryTimer), { once: true });
 
@@ -268,7 +268,8 @@ export function createSearch(app) {
     actions.show(selected.size);
     if (!takesFocus || tracks.length === 0) return;
     takesFocus = false;
-    if (!element.contains(document.activeElement) && !document.querySelector('dialog[open]')) grid.element.focus({ preventScroll: true });
+    // not away from a control or an open dialog
+    if (document.activeElement?.contains(element)) grid.element.focus({ preventScroll: true });
   }
 
   const saved = savedStates.get(app);
@@ -286,7 +287,6 @@ export function createSearch(app) {
       const first = query === null;
       query = state.route.query;
       filters.show(parseSearch(query));
-      takesFocus ||= first;
       if (first && saved?.query === query) {
         [cursor, anchor, selected] = [saved.cursor, saved.cursor, saved.selected];
         void search(true).then(() => grid.scrollTo(saved.top));
