@@ -6,9 +6,9 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 HOME_DIR ?= out/review
 ARGS ?=
-# Two at a time keep two cores busy; a file of tests stays in one process, as its fixtures are shared, and
+# Three at a time keep two cores busy, since some wait; a file of tests stays in one process, as its fixtures are shared, and
 # tests/conftest.py says which file comes first.
-TOGETHER ?= 2
+TOGETHER ?= 3
 KILLS ?= 200
 HOURS ?= 1
 SEED ?= 1

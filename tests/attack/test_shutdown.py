@@ -84,7 +84,7 @@ def test_the_server_stops_within_two_seconds(
                 or server.request(f"/api/runs/{run}")[1]["frames_done"]
             )
         )
-        big, name = mot_archive(10_000, 50), "d" * 32
+        big, name = mot_archive(5_000, 50), "d" * 32
         path = f"/api/videos/{library.video}/imports?as=truth&file=a.zip&name=a.zip&progress={name}"
         send_in_thread(lambda: server.request(path, big))
         wait_until(lambda: server.request(f"/api/imports/{name}")[1].get("boxes", 0) > 0)

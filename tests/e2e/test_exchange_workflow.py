@@ -159,7 +159,7 @@ def test_an_import_shows_its_progress_and_can_be_cancelled(page: Page, review: I
     page.get_by_role("button", name=f"Import annotations for {NAME}").click()
     dialog = page.get_by_role("dialog")
     dialog.locator("[name=import-as][value=truth]").check()
-    _choose(page, "many.zip", mot_archive(15_000, 50))
+    _choose(page, "many.zip", mot_archive(6_000, 50))
     dialog.get_by_role("button", name="Import", exact=True).click()
     status = dialog.get_by_role("status").filter(has_text="boxes …")
     expect(status).to_be_visible(timeout=MAX_WORK_MS)
