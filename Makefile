@@ -6,8 +6,8 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 HOME_DIR ?= out/review
 ARGS ?=
-# Three at a time keep two cores busy, since some wait; a file of tests stays in one process, as its fixtures are shared, and
-# tests/conftest.py says which file comes first.
+# Three at a time keep two cores busy, since some wait. A file of tests stays in one process, as its fixtures are
+# shared, and tests/conftest.py says which file comes first.
 TOGETHER ?= 3
 KILLS ?= 200
 HOURS ?= 1
@@ -45,9 +45,11 @@ install: $(VENV)/.installed ## make the environment (VENV, default .venv)
 review: $(VENV)/.installed ## open the review tool on the sample drive (HOME_DIR, default out/review; ARGS for tsr review)
 	$(BIN)/tsr review --home $(HOME_DIR) $(ARGS)
 
+# The tests in JavaScript mostly wait, so they run beside the others.
 test: $(VENV)/.installed $(VENV)/.tools ## all tests; TSR_DATA names the real data, CHROMIUM a browser (unset: found, or fetched)
-	$(NODE) --test --test-isolation=none 'tests/js/**/*.test.js'
-	CHROMIUM="$$($(BIN)/python -m tests.e2e.chromium)" $(PYTEST) --durations 25 --durations-min 5
+	@$(NODE) --test --test-isolation=none --test-reporter=spec 'tests/js/**/*.test.js' > $(VENV)/js-tests.log 2>&1 & js=$$!; \
+	CHROMIUM="$$($(BIN)/python -m tests.e2e.chromium)" $(PYTEST) --durations 25 --durations-min 5; code=$$?; \
+	wait $$js || code=1; echo "Tests of the page without a browser:"; grep -v '^✔' $(VENV)/js-tests.log; exit $$code
 
 test-quick: $(VENV)/.installed ## the tests that need no browser and no packages besides Python's
 	$(PYTEST) --ignore tests/e2e

@@ -13,8 +13,6 @@ from tests.e2e.screenshots import FLAGS
 __all__ = ["WINDOW", "close_browsers", "open_browser", "shared_window"]
 
 WINDOW: ViewportSize = {"width": 1280, "height": 720}
-_DRAW_IN_MAIN_PROCESS = "--in-process-gpu"
-"""Flag of Chromium: drawing without a GPU needs no process of its own, which costs a sixth of all CPU time."""
 _exit_stack = ExitStack()
 _playwright: list[Playwright] = []
 _running: dict[tuple[str, ...], Browser] = {}
@@ -29,7 +27,7 @@ def open_browser(flags: Sequence[str] = FLAGS) -> Iterator[Browser]:
         _playwright.append(_exit_stack.enter_context(sync_playwright()))
     if key not in _running:
         launch = _playwright[0].chromium.launch
-        _running[key] = launch(executable_path=CHROMIUM, args=[*flags, _DRAW_IN_MAIN_PROCESS], env=ENVIRONMENT)
+        _running[key] = launch(executable_path=CHROMIUM, args=[*flags], env=ENVIRONMENT)
         _exit_stack.callback(_running[key].close)
     try:
         yield _running[key]
