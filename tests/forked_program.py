@@ -7,6 +7,7 @@ For tests that are not about the start of a process.
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -129,6 +130,7 @@ def _run(
     program: str, arguments: list[str], environment: Mapping[str, str], folder: Path, streams: Mapping[int, Connection]
 ) -> None:
     """Run a program in the forked process, with its own streams, environment and folder."""
+    gc.freeze()  # loaded modules are never collected, so their pages stay shared; also by processes forked later
     for number, stream in streams.items():
         os.dup2(stream.fileno(), number)
         stream.close()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import gc
 import os
 import pickle
 import runpy
@@ -71,7 +70,6 @@ def _serve_forks(server: int, requests: socket.socket) -> NoReturn:
     """Fork one process for each order, until the server ends."""
     if not die_with_parent(server):
         _exit(0)
-    gc.freeze()  # never collected, so its pages stay shared
     while True:
         request, fds, _, _ = socket.recv_fds(requests, _MAX_REQUEST_BYTES, len(_STANDARD_FDS))
         if not request:

@@ -6,8 +6,6 @@ load it for more than a second of CPU per server; here the first recording loads
 
 from __future__ import annotations
 
-import gc
-
 import app.bundles.checking
 import app.exchange.sandboxed_imports
 import app.jobs.worker
@@ -26,4 +24,3 @@ for kind in KINDS:
     kind.load()
 with one_opencv_thread():
     warm()
-gc.freeze()  # never collected in the processes that are forked from here, so its pages stay shared

@@ -94,7 +94,7 @@ def serve(settings: Settings, video: Path | None, browser: bool) -> None:
     link = f"{base}{context.sign_in_path()}{path}"
     server = ReviewServer(server_config(app, log_level="warning", access_log=False))
     threading.Thread(target=_print_link_when_ready, args=(server, settings, link, browser), daemon=True).start()
-    gc.freeze()  # a search for garbage among loaded modules finds none, and delays a request by a tenth of a second
+    gc.freeze()  # a search for garbage among loaded modules finds none, and all requests wait for it
     try:
         server.run(sockets=[listener])
     finally:

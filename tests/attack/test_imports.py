@@ -74,7 +74,7 @@ def test_memory_and_latency_stay_bounded_during_imports(toy: ToyHome) -> None:
 
 
 def test_an_import_ends_on_cancel_disconnect_and_server_stop(toy: ToyHome) -> None:
-    content = mot_archive(5_000, 50)
+    content = mot_archive(10_000, 50)
     path = f"/api/videos/{toy.video_id}/imports?as=run&file=a.zip&name=a.zip"
     with start_server(toy.settings.home, forked=True) as server:
         name, answered = "c" * 32, list[tuple[int, Any]]()
