@@ -201,6 +201,8 @@ def test_parameters_are_checked_while_typing_and_a_run_can_be_cancelled_and_remo
     dialog.get_by_label("Last frame").fill("298")  # long enough to be cancelled
     dialog.get_by_label("Name", exact=True).fill("looser gate")
     dialog.get_by_role("button", name="Start the run").click()
+    expect(dialog).to_be_hidden()
+    _open_runs(page, DRIVE.video.name)
     item = dialog.get_by_role("listitem").filter(has_text="looser gate")
     expect(item).to_contain_text("tau = 25")
     item.get_by_role("button", name="Cancel").click()

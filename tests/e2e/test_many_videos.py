@@ -87,7 +87,12 @@ def test_chosen_videos_are_run_with_the_parameters_of_the_last_run(server: LiveS
     expect(dialog.get_by_text("Parameters", exact=True)).to_be_visible()
     dialog.get_by_role("button", name="Start the run").click()
     expect(page.get_by_text("The run was started.")).to_be_visible()
-    assert server.call("GET", "/run-queue")["runs"][3]["parameters"] == {}
+    run = server.call("GET", "/run-queue")["runs"][3]
+    assert run["parameters"] == {}
+    # the dialog gives way to the notice, whose button opens the run
+    expect(dialog).to_be_hidden()
+    page.locator(".toast").get_by_role("button", name="Open").click()
+    page.wait_for_function("run => location.hash.includes(run)", arg=run["id"])
 
 
 def test_runs_that_wait_are_put_in_order_by_keyboard_and_by_drag(server: LiveServer, page: Page) -> None:

@@ -97,6 +97,8 @@ def test_the_loop_by_clicks(page: Page) -> None:
     dialog.get_by_label("Name", exact=True).fill("Second")
     dialog.get_by_label("Last frame").fill("30")
     dialog.get_by_role("button", name="Start the run").click()
+    expect(dialog).to_be_hidden()
+    page.get_by_role("button", name="Runs").click()
     second = dialog.locator(".run-item").filter(has_text="Second")
     expect(second.locator(".run-badge")).to_have_text("complete", timeout=MAX_WORK_MS, ignore_case=True)
     expect(second.locator(".run-changes")).to_contain_text("Models: Mine")

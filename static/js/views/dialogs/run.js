@@ -35,11 +35,11 @@ export function runDialog(setup) {
         action: {
           label: 'Open',
           run: () => {
-            close();
             location.hash = runAddress(store.get(), run.video_id, run.id);
           },
         },
       });
+      close(); // the review and the card show the progress, and the notice can be clicked
       return '';
     } catch (thrown) {
       return messageWithField(thrown);
