@@ -194,7 +194,6 @@ for (const change of ['online', 'offline']) addEventListener(change, live.retry,
 const listenIfVisible = () => (document.hidden ? live.pause() : live.resume());
 document.addEventListener('visibilitychange', listenIfVisible, untilEnd);
 listenIfVisible();
-void live.reload();
 store.dispatch(setTheme, preferences.rememberedTheme());
 readRoute();
 shell.update(store.get());

@@ -1,6 +1,8 @@
-"""What the page needs from the browser, and what it says if the browser lacks it."""
+"""What the page needs from the browser and requests on a visit, and what it says if the browser lacks something."""
 
 from __future__ import annotations
+
+from collections import Counter
 
 import pytest
 
@@ -46,3 +48,13 @@ def test_a_defect_of_the_page_is_not_silent(review: ReviewSession, defect: str) 
     page = review.page(shared=True)
     page.evaluate(f"() => void setTimeout(() => {{ {defect} }})")
     expect(page.locator(".toast")).to_contain_text("Something in the page went wrong.")
+
+
+def test_a_visit_requests_each_list_once(review: ReviewSession) -> None:
+    page = review.page(shared=True)
+    requested: Counter[str] = Counter()
+    page.on("request", lambda request: requested.update([request.url.removeprefix(f"{review.server.base}/api/")]))
+    page.reload()
+    page.wait_for_function("() => globalThis.tsr?.store.get().models !== null && tsr.store.get().outputs !== null")
+    lists = ("session", "labels", "parameters", "videos", "outputs", "models")
+    assert {name: requested[name] for name in lists} == dict.fromkeys(lists, 1)

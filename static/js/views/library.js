@@ -4,9 +4,9 @@
 import { isVideoFile, VIDEO_FILES } from '../model/exchange.js';
 import { SORTS, arrange } from '../model/library_order.js';
 import { hasRole } from '../model/team.js';
-import { hideBanner, openDialog, setSession, setVideos } from '../store/actions/page.js';
+import { openDialog } from '../store/actions/page.js';
 import { h, selectInput, setText } from './dom.js';
-import { emptyState, errorState, loadingState } from './placeholders.js';
+import { emptyState, loadingState } from './placeholders.js';
 import { count, plural } from '../model/format.js';
 import { icon } from './icons.js';
 import { CARDS_PER_STEP, createCards } from './library_list.js';
@@ -34,7 +34,7 @@ const savedStates = new WeakMap();
  * @returns {import('../page-types.js').View}
  */
 export function createLibrary(app, uploads) {
-  const { store, api } = app;
+  const { store } = app;
   const lifetime = new AbortController();
   const signal = AbortSignal.any([lifetime.signal, app.signal]);
   const saved = savedStates.get(app) ?? { searchText: '', cardCount: CARDS_PER_STEP, top: 0, filters: NO_FILTERS };
@@ -109,7 +109,7 @@ export function createLibrary(app, uploads) {
     icon('sort'),
     'Run queue',
   );
-  const notice = h('div.library-notice', loadingState('Loading the videos', { retry: load, signal }));
+  const notice = h('div.library-notice', loadingState('Loading the videos', { signal }));
   const element = h(
     'div.library',
     h(
@@ -162,25 +162,6 @@ export function createLibrary(app, uploads) {
   let shownOrder = '';
   /** @type {readonly Video[]|null} */ let sourceVideos = null;
   let noticeKind = 'waiting';
-
-  async function load() {
-    try {
-      await app.load(
-        () => Promise.all([api.session({ signal }), api.videos({ signal })]),
-        (state, [session, videos]) => hideBanner(setVideos(setSession(state, session), videos), 'load'),
-      );
-    } catch (thrown) {
-      if (signal.aborted) return;
-      noticeKind = 'error';
-      notice.replaceChildren(
-        errorState('The videos could not be loaded', thrown, () => {
-          noticeKind = 'waiting';
-          notice.replaceChildren(loadingState('Loading the videos', { retry: load, signal }));
-          void load();
-        }),
-      );
-    }
-  }
 
   /** Load the runs of the videos with cards. @param {readonly Video[]} videos */
   async function loadRunsOf(videos) {
@@ -255,7 +236,6 @@ export function createLibrary(app, uploads) {
   }
 
   showLayout();
-  if (store.get().videos === null) void load();
   return {
     element,
     update(state) {

@@ -1,5 +1,5 @@
 // @ts-check
-/** Keeps the store up to date with the server: first load, event stream, reload after a gap. */
+/** Keeps the store up to date with the server: event stream, first load, reload after a gap. */
 
 import { ApiError, isRetryable, errorMessage } from '../api/errors.js';
 import { openStream } from '../api/events.js';
@@ -23,6 +23,8 @@ import { loadRuns } from './load_runs.js';
 const OFFLINE_BANNER_DELAY_MS = 2500;
 /** Pause before a failed load is repeated because the server was unreachable or busy, ms. */
 const RETRY_DELAY_MS = 2000;
+/** The longest wait of the first load for the stream, ms: a hidden page has none, and a proxy may delay it. */
+const FIRST_LOAD_DELAY_MS = 1000;
 /** Version of the page's files, in the address of each; null: the address has none, as in tests. */
 const PAGE_FILES = /\/static\/v-([0-9a-f]{16})\//.exec(import.meta.url)?.[1] ?? null;
 
@@ -59,8 +61,7 @@ export function startLiveUpdates(app, hooks = {}) {
       clearTimeout(offlineTimer);
       if (connection === 'online') {
         store.dispatch((state) => hideBanner(hideBanner(hideBanner(setConnection(state, 'online'), 'offline'), 'denied'), 'storage'));
-        // The list was requested before the stream was open: changes in between are in neither. After a refusal,
-        // another person may be signed in now.
+        // From now on, changes arrive as events. After a refusal, another person may be signed in now.
         if (!wasOnline || isDenied) void reload();
         else void api.session().then(compareVersion, () => {}); // it may have been upgraded while it was unreachable
         if (wasOnline) hooks.onReconnect?.();
@@ -89,6 +90,8 @@ export function startLiveUpdates(app, hooks = {}) {
       void showDenied();
     },
   });
+  // a change between a load and the start of the stream would be missed, so the first load waits for the stream
+  retryTimer = setTimeout(() => void reload(), FIRST_LOAD_DELAY_MS);
   app.signal.addEventListener(
     'abort',
     () => {

@@ -38,6 +38,21 @@ test('a full disk shows a banner until there is space or a new connection report
   assert.deepEqual(shownBanners(), []);
 });
 
+test('the page loads once when the stream opens, or after a second without one', (t) => {
+  t.mock.timers.enable({ apis: ['setTimeout'] });
+  for (const isStreamLate of [false, true]) {
+    let loadCount = 0;
+    const load = () => ((loadCount += 1), new Promise(() => {}));
+    const { hooks } = createFixture({ load });
+    assert.equal(loadCount, 0);
+    if (!isStreamLate) hooks.onConnection('online');
+    t.mock.timers.tick(5000);
+    assert.equal(loadCount, 1);
+    if (isStreamLate) hooks.onConnection('online');
+    assert.equal(loadCount, isStreamLate ? 2 : 1);
+  }
+});
+
 test('a failed load is repeated when the server is back, and its banner is removed', async () => {
   let isOffline = true;
   const load = async () => {
