@@ -250,7 +250,7 @@ def test_rotated_boxes_become_upright(tmp_path: Path) -> None:
     found = read_tasks(tmp_path, content)
     # Clockwise about its upper left corner: 32 x 36 px become 36 px to the left and 32 px down.
     assert np.allclose(tracks_of(found)["7f3a"].boxes[0], [64 - 36, 72, 64, 72 + 32])
-    assert found.repaired[0].startswith("Rotated boxes were replaced by the upright boxes around them: 30;")
+    assert found.repaired[0].startswith("Rotated boxes were replaced by the upright boxes around them: 1;")
 
 
 @pytest.mark.parametrize(

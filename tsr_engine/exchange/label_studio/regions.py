@@ -131,7 +131,7 @@ def read_region(
             placed[frame] = key
     for (start, first), (end, second) in pairwise(sorted(placed.items())):
         for frame, key in _turning_keys(start, first, end, second) if enabled_at[start] else ():
-            edges = _edges(key, validator, file, where)
+            edges = _edges(key, validator, file, where, is_drawn=False)
             validator.box(uid, frame, edges, label, file=file, line=where, key=False)
     for frame, enabled in enabled_at.items():
         if not enabled and frame + 1 not in enabled_at:
@@ -151,7 +151,8 @@ def read_region(
     )
 
 
-def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -> Edges:
+def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str, is_drawn: bool = True) -> Edges:
+    """The upright box of a key frame; one that stands in the file (``is_drawn``) is reported if it is rotated."""
     video = validator.target.video
     x, y, width, height = (
         _number(key.get(name), name, file, where) / 100 * side
@@ -160,7 +161,8 @@ def _edges(key: JsonObject, validator: ImportValidator, file: str, where: str) -
     rotation = _number(key["rotation"], "rotation", file, where) if key.get("rotation") else 0.0
     if rotation % 360 and math.isfinite(rotation):
         x, y, width, height = _upright(x, y, width, height, rotation)
-        validator.count("Rotated boxes were replaced by the upright boxes around them", file, where)
+        if is_drawn:
+            validator.count("Rotated boxes were replaced by the upright boxes around them", file, where)
     return x, y, x + width, y + height
 
 
