@@ -87,7 +87,7 @@ def train(folder: Path, minutes: float, device: str) -> None:
         "epochs": int(yolo.trainer.epoch) + 1,
         "minutes": round(spent / 60, 1),
         "parameters": sum(p.numel() for p in yolo.trainer.model.parameters()),
-        "device": torch.cuda.get_device_name() if torch.cuda.is_available() else "CPU",
+        "device": torch.cuda.get_device_name() if device != "cpu" else "CPU",
         "torch": torch.__version__,
         "ultralytics": ultralytics.__version__,
     }
