@@ -129,7 +129,7 @@ def get_label_usage(key: SetKey, context: ContextDep) -> LabelUsage:
     """Number of tracks with each label in the current run of each video."""
     context.search.update(_INDEX_WAIT_S)
     with context.database.read() as session:
-        return label_usage(session, key, context.search.unread_videos())
+        return label_usage(session, key, context.search.unread_current_runs())
 
 
 @router.get("/label-sets/{key}/history", operation_id="list_label_versions", responses=failures(404))

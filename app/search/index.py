@@ -89,11 +89,11 @@ class SearchIndex:
                 self._lock.release()
         return len(self._unread) + len(self._edited)
 
-    def unread_videos(self) -> int:
-        """Number of videos whose current run still has to be read."""
+    def unread_current_runs(self) -> set[str]:
+        """Current runs of videos that still have to be read."""
         # without the lock: callers must not wait for a long run that is being read
         keys, expected = {*list(self._unread), *list(self._edited)}, self._expected
-        return sum(run.current for key in keys if (run := expected.get(key)))
+        return {key for key in keys if (run := expected.get(key)) and run.current}
 
     def read_all(self, progress: Callable[[int, int], None], *, rebuild: bool = False) -> None:
         """Update the tables completely.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 from sqlalchemy import distinct, func, select, true
 from sqlalchemy.orm import Session
 
@@ -28,7 +30,7 @@ class LabelUsage(Model):
     """Number of videos whose tracks or newest edits are not counted, because the search has not read them."""
 
 
-def label_usage(session: Session, key: str, unread: int) -> LabelUsage:
+def label_usage(session: Session, key: str, unread: Set[str]) -> LabelUsage:
     """Count the tracks with each label of a set, as corrected by people.
 
     Ids are the stored ones: a merged label keeps its tracks.
@@ -36,7 +38,7 @@ def label_usage(session: Session, key: str, unread: int) -> LabelUsage:
     Args:
         session: reads.
         key: key of the set.
-        unread: number of videos whose current run the search still has to read.
+        unread: current runs of videos that the search still has to read.
 
     Raises:
         NotFound: no such set.
@@ -47,5 +49,5 @@ def label_usage(session: Session, key: str, unread: int) -> LabelUsage:
     query = query.where(row.set_key == key, row.label >= 0, row.current == true(), row.state != "ignored")
     found = session.execute(query.group_by(row.label))
     labels = {label: LabelUse(tracks=tracks, videos=videos) for label, tracks, videos in found}
-    broken = select(func.count()).where(SearchRun.error.is_not(None), SearchRun.current == true())
-    return LabelUsage(labels=labels, unread=unread + session.scalars(broken).one())
+    broken = select(SearchRun.run_id).where(SearchRun.error.is_not(None), SearchRun.current == true())
+    return LabelUsage(labels=labels, unread=len({*unread, *session.scalars(broken)}))  # a broken one may be read again

@@ -80,6 +80,6 @@ class LabelledVideos:
             unreadable = select(func.count()).where(SearchRun.error.is_not(None), SearchRun.current == true())
             return Matches(
                 videos={row[0]: row[1] for row in counted},
-                left=self._index.unread_videos(),
+                left=len(self._index.unread_current_runs()),
                 unreadable=session.scalar(unreadable) or 0,
             )

@@ -41,12 +41,12 @@ def test_current_runs_of_the_set_without_regions_to_ignore_count(database: Datab
     ):
         _add(database, video, run, current, set_key, labels, error)
     with database.read() as session:
-        found = label_usage(session, "gtsrb-43", unread=1)
+        found = label_usage(session, "gtsrb-43", unread={"3" * 32, "5" * 32})
         assert found.labels == {14: LabelUse(tracks=3, videos=2), 13: LabelUse(tracks=1, videos=1)}
         assert found.unread == 2
-        assert label_usage(session, "vienna", unread=0).labels == {14: LabelUse(tracks=1, videos=1)}
+        assert label_usage(session, "vienna", unread=set()).labels == {14: LabelUse(tracks=1, videos=1)}
         with pytest.raises(NotFound):
-            label_usage(session, "none", unread=0)
+            label_usage(session, "none", unread=set())
 
 
 def _add(
