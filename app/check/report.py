@@ -51,7 +51,7 @@ def describe_regression(place: Regression, drives: Sequence[CheckedDrive]) -> st
         return f"{drive}: {sign} is now read as {read} ({frames})."
     if place.kind == "false":
         return f"{drive}: a new false track, read as {read} ({frames})."
-    return f"{drive}: {sign} is covered in {place.weight:.0%} fewer of its frames ({frames})."
+    return f"{drive}: {sign} is covered in {100 * place.weight:.0f} % fewer of its frames ({frames})."
 
 
 def _name(labels: LabelSet, label_id: int) -> str:

@@ -203,7 +203,7 @@ def agreement(home: HomeOption = None, json: JsonOption = False) -> None:
     )
     for kind, rows in kinds:
         for one in rows:
-            share = f"{one.agreed / one.looked:.1%}", f"{one.low:.1%} to {one.high:.1%}"
+            share = f"{100 * one.agreed / one.looked:.1f} %", f"{100 * one.low:.1f} % to {100 * one.high:.1f} %"
             table.add_row(*map(Text, (one.name, kind, str(one.looked), str(one.agreed), *share)))
     out_console().print(table)
     say(f"{plural(report.disputed, 'track')} in dispute, {report.open} to be looked at.")

@@ -130,10 +130,10 @@ def uncertainties(inputs: UncertaintyInput, other: Disagreement | None) -> Uncer
 def _margin_sentence(inputs: UncertaintyInput, i: int) -> str:
     if inputs.name[i] is None:
         return "It was never recognised."
-    winner = f"'{inputs.name[i]}' has {inputs.share[i]:.0%} of the votes"
+    winner = f"'{inputs.name[i]}' has {100 * inputs.share[i]:.0f} % of the votes"
     if inputs.runner_up[i] is None:
         return f"{winner}."
-    return f"{winner}, '{inputs.runner_up[i]}' {inputs.runner_up_share[i]:.0%}."
+    return f"{winner}, '{inputs.runner_up[i]}' {100 * inputs.runner_up_share[i]:.0f} %."
 
 
 def _rejected_sentence(inputs: UncertaintyInput, i: int) -> str:

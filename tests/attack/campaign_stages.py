@@ -106,7 +106,7 @@ def edit_at_pace(library: TrackedLibrary, rng: random.Random, scale: Scale, max_
 
     def describe(waits: Sequence[float]) -> str:
         twentieths = [1000 * wait for wait in statistics.quantiles(waits, n=20)]
-        return f"median {twentieths[9]:.0f} ms, 95% within {twentieths[18]:.0f} ms, slowest {1000 * max(waits):.0f} ms"
+        return f"median {twentieths[9]:.0f} ms, 95 % within {twentieths[18]:.0f} ms, slowest {1000 * max(waits):.0f} ms"
 
     return (
         f"{len(log.waits)} edits by {scale.people} clients in {took:.0f} s: {describe(log.waits)}; in the server: "

@@ -86,7 +86,7 @@ def main() -> int:
                 print(
                     f"small {label}: {status}, median {statistics.median(took) * 1000:.0f} ms of {REPEATS}", flush=True
                 )
-            print("| file | as | status | s | server, MiB | other answers: 95% within, ms | slowest | over 500 ms |")
+            print("| file | as | status | s | server, MiB | other answers: 95 % within, ms | slowest | over 500 ms |")
             print("|---|---|---|---|---|---|---|---|")
             row(server, "nothing", "", idle)
             for label, content in ({} if asked.small else hostile()).items():

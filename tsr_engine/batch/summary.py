@@ -88,7 +88,13 @@ def _page(summary: JsonObject) -> str:
     unsure = _table(
         ("drive", "track", "sign", "share of votes", "frames"),
         [
-            (r["drive"], r["track"], r["class_name"], f"{r['share']:.0%}", f"{r['first_frame']}-{r['last_frame']}")
+            (
+                r["drive"],
+                r["track"],
+                r["class_name"],
+                f"{100 * r['share']:.0f} %",
+                f"{r['first_frame']}-{r['last_frame']}",
+            )
             for r in summary["unsure"][:_MAX_LISTED]
         ],
     )

@@ -61,7 +61,7 @@ def describe_expectation(expected: Expected, expectation: Expectation) -> str:
     span = f"frame {sign.frames[0]}" if len(sign.frames) == 1 else f"frames {sign.frames[0]} to {sign.frames[-1]}"
     sign_name = _sign_name(expected.sign, sign)
     if expected.kind == "found":
-        return f"The sign {sign_name} ({span}) is found in at least {bounds.share:.0%} of its frames."
+        return f"The sign {sign_name} ({span}) is found in at least {100 * bounds.share:.0f} % of its frames."
     if expected.kind == "label":
         return f"The sign {sign_name} ({span}) is labelled {expectation.class_name(expected.class_id)}."
     if expected.kind == "boxes":

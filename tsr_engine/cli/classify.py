@@ -91,7 +91,9 @@ def classify(
         accuracy = correct / labelled if labelled else None
         print_json({**counts, "accuracy": accuracy, "interrupted": interrupted, "csv": str(csv)})
     else:
-        agreement = f", {correct / labelled:.2%} of {labelled} labelled ones agree with their table" if labelled else ""
+        agreement = (
+            f", {100 * correct / labelled:.2f} % of {labelled} labelled ones agree with their table" if labelled else ""
+        )
         typer.echo(f"{plural(done, 'crop')}{agreement}: {csv}")
     unreadable_message = f"{unreadable} of {read} crops could not be read; the others are in {csv}."
     if interrupted:

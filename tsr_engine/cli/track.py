@@ -176,7 +176,7 @@ def track_table(tracks: Sequence[TrackSummary], names: Sequence[str]) -> Table:
             f"{t.first_frame}-{t.last_frame}",
             *(str(t.frames[source]) for source in SOURCES),
             f"{t.largest_side:.0f}",
-            f"{t.share:.0%}",
+            f"{100 * t.share:.0f} %",
         )
     return table
 

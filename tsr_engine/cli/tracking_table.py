@@ -46,5 +46,5 @@ def _format(value: float | None, kind: str) -> str:
     if value is None:
         return "-"
     if kind == "%":
-        return f"{value:.2%}"
+        return f"{100 * value:.2f} %"
     return f"{value:.4f}" if kind == "f" else str(value)

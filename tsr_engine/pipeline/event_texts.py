@@ -82,7 +82,7 @@ def too_far_event(
 
 def relabelled_event(track_id: int, before: str, after: str, share: float) -> Event:
     """The event of a change of a track's fused class."""
-    text = f"Track {track_id} is now '{after}' with {share:.0%} of the votes, no longer '{before}'."
+    text = f"Track {track_id} is now '{after}' with {100 * share:.0f} % of the votes, no longer '{before}'."
     return Event("relabelled", track_id, text, {"before": before, "after": after, "share": share})
 
 

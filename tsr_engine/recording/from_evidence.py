@@ -192,7 +192,7 @@ def _one_sigma_boxes(rows: Columns) -> FloatArray:
 
 
 def _result_texts(rows: Columns, seen: IntArray, classes: RecordedClasses) -> list[str]:
-    shares = ["" if share != share else f" {share:.0%}" for share in rows.floats("recognitions.share").tolist()]
+    shares = ["" if share != share else f" {100 * share:.0f} %" for share in rows.floats("recognitions.share").tolist()]
     states = ["" if state == "confirmed" else f" {state}" for state in rows.texts("state")]
     names = [classes.short_name(None if number < 0 else number) for number in seen.tolist()]
     found = zip(_track_names(rows), names, shares, states, rows.texts("source"), strict=True)

@@ -250,7 +250,7 @@ class Tracker:
             values: Mapping[str, float | int] = {"missed": track.missed, "undetected": track.undetected, "view": share}
             may_leave = track.undetected > 0 or not self._params.open_edges
             if share < self._params.view_share and may_leave:
-                reason = f"only {share:.0%} of its box is in view"
+                reason = f"only {100 * share:.0f} % of its box is in view"
             elif track.undetected > track.undetected_limit(self._params):
                 reason = f"{track.undetected} frames without a detection"
             elif track.missed > track.missed_limit(self._params):

@@ -51,12 +51,12 @@ def test_a_clear_track_has_low_uncertainty() -> None:
 @pytest.mark.parametrize(
     ("changes", "term", "value", "sentence"),
     [
-        ({"share": [0.5], "runner_up_share": [0.2]}, "margin", 0.7, "'stop' has 50% of the votes, 'give way' 20%."),
+        ({"share": [0.5], "runner_up_share": [0.2]}, "margin", 0.7, "'stop' has 50 % of the votes, 'give way' 20 %."),
         (
             {"share": [0.6], "runner_up": [None], "runner_up_share": [np.nan]},
             "margin",
             0.4,
-            "'stop' has 60% of the votes.",
+            "'stop' has 60 % of the votes.",
         ),
         ({"name": [None], "share": [np.nan], "runner_up_share": [np.nan]}, "margin", 1.0, "It was never recognised."),
         ({"frames": [9], "detected": [9]}, "short", 0.5, "It is short: 9 frames."),
@@ -95,7 +95,7 @@ def test_many_small_reasons_are_named_by_the_largest() -> None:
     added = {name: WEIGHTS[name] * one[0] for name, one in terms(given).items()}
     assert max(added.values()) < 0.5 < sum(added.values())
     assert max(added, key=lambda name: added[name]) == "margin"
-    assert uncertainties(given, None).reasons == [["'stop' has 88% of the votes, 'give way' 2%."]]
+    assert uncertainties(given, None).reasons == [["'stop' has 88 % of the votes, 'give way' 2 %."]]
 
 
 def test_an_imported_run_is_ordered_by_other_runs_without_a_percentage() -> None:

@@ -220,7 +220,7 @@ test('events are sentences without the name of the track', () => {
       kind: 'relocalised',
       text: `Track ${lane.id} has had no detection for 3 frames; a window like it is 6 px left.`,
     },
-    { frame: lane.frame[8], kind: 'relabelled', text: `Track ${lane.id} is now 'yield' with 60% of the votes, no longer 'stop'.` },
+    { frame: lane.frame[8], kind: 'relabelled', text: `Track ${lane.id} is now 'yield' with 60 % of the votes, no longer 'stop'.` },
   ];
   lane.confident.fill(true);
   lane.confident[5] = false;
@@ -235,7 +235,7 @@ test('events are sentences without the name of the track', () => {
   assert.deepEqual(pluck(sentences, 'kind'), ['born', 'relocalised', 'relocalised', 'rejected', 'relabelled', 'ended']);
   assert.equal(sentences[1].text, 'prediction rejected, L = 38.2 > 15, symmetry 0.21 is low; relocalised 6 px left');
   assert.equal(sentences[2].text, 'no detection for 3 frames; a window like it is 6 px left');
-  assert.equal(sentences[4].text, "now 'yield' with 60% of the votes, no longer 'stop'");
+  assert.equal(sentences[4].text, "now 'yield' with 60 % of the votes, no longer 'stop'");
   assert.equal(sentences[3].text, 'prediction rejected, L = 40 > 15, symmetry 0.2 is low; nothing better was found near it');
   assert.equal(shortNumber(1e9), 'very large');
   assert.equal(shortNumber(null), '–');
@@ -248,13 +248,13 @@ test('the end and the beginning are reported once, and no sentence names the tra
   lane.events = [
     { frame: lane.frame[0], kind: 'born', text: `Track ${lane.id} starts from a detection with score 2.04.` },
     { frame: lane.frame[2], kind: 'confirmed', text: `Track ${lane.id} is confirmed by 3 detections in its last 8 frames.` },
-    { frame: end + 1, kind: 'died', text: `Track ${lane.id} ended: only 27% of its box is in view.` },
+    { frame: end + 1, kind: 'died', text: `Track ${lane.id} ended: only 27 % of its box is in view.` },
   ];
   assert.deepEqual(
     eventSentences(lane)
       .filter(({ kind }) => kind !== 'unlearned')
       .map(({ text }) => text),
-    ['starts from a detection with score 2.04', 'confirmed by 3 detections in its last 8 frames', 'ended: only 27% of its box is in view'],
+    ['starts from a detection with score 2.04', 'confirmed by 3 detections in its last 8 frames', 'ended: only 27 % of its box is in view'],
   );
 });
 

@@ -74,7 +74,7 @@ def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written
     ]
     entries = {
         "roi": "edges within the crop, right and lower one exclusive",
-        "border": f"{BORDER_SHARE:.0%} of the side, at least {MIN_BORDER_PX} px, the picture's edge repeated outside",
+        "border": f"{100 * BORDER_SHARE:.0f} % of the side, at least {MIN_BORDER_PX} px, the edge repeated outside",
         "crops": writer.crops,
         "tracks": SIDECAR,
     }
