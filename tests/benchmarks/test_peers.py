@@ -207,7 +207,7 @@ def test_installed_peers_are_tuned_and_run(monkeypatch: pytest.MonkeyPatch) -> N
     chosen, missing = trackers.run_peers([_seen()], [_seen(), _seen(range(3, 4))], rows, Cache(None))
     assert missing == {}
     assert chosen["SORT"]["settings"] == {"minimum_consecutive_frames": 1}
-    assert [len(set(found.track_id.tolist())) for found, _ in rows["SORT"]] == [1, 1]
+    assert [len(set(found.track.tolist())) for found, _ in rows["SORT"]] == [1, 1]
 
 
 def _figures(coverage: float, error: float, **others: Any) -> dict[str, Any]:
