@@ -28,15 +28,15 @@ SIZE = (1280, 720)
 """Size of the page, px."""
 WIDTH = 1024
 """Size of the picture, px."""
-QUALITY = 68
+QUALITY = 64
 MAX_BYTES = 1_500_000
 STRIDE = 2
 """Frames of the drive from one picture to the next while it plays."""
 PLAYED = range(70, 111, STRIDE)
 NOTCHES = 2
 """Of the wheel."""
-SHOWN = (31, 7, 9)
-"""Labels of the first three tracks of the queue: wild animals, speed limit 100, no overtaking. All are right."""
+SHOWN = (31, 7, 20)
+"""Labels of the first three tracks of the queue: wild animals, speed limit 100, curve to the right. All are right."""
 CONFIRMED = "100"
 """What is typed to find the label of the second one."""
 PROPOSED = """() => Object.keys(tsr.store.get().review.following.proposals).map(Number).sort((a, b) => a - b)"""
