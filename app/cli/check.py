@@ -88,13 +88,17 @@ def check(
 
 
 def _reviewed(videos: list[str], home: Path | None) -> list[ReviewedDrive]:
-    """The reviewed drives of the names; without names, the newest reviewed run of each video of the data folder."""
+    """The reviewed drives of the names; without names, of each video of the data folder the newest run with edits.
+
+    Imported runs count only for a video of which no run of the engine has edits.
+    """
     from sqlalchemy import select
 
     from app.check.reviewed import reviewed_drive
     from app.cli.data_folder import find_run, open_home
     from app.cli.run_names import as_command_error
     from app.exchange.run_sources import run_source
+    from app.storage.lookup import current_run_last
     from app.storage.models import Run, TrackDocument
 
     with as_command_error(), open_home(home) as (settings, database), database.read() as session:
@@ -102,8 +106,8 @@ def _reviewed(videos: list[str], home: Path | None) -> list[ReviewedDrive]:
             wanted = list(dict.fromkeys(find_run(session, name) for name in videos))
         else:
             query = select(Run).where(Run.state == "complete", Run.kind != "whatif")
-            query = query.where(Run.id.in_(select(TrackDocument.run_id).distinct())).order_by(Run.order)
-            newest = {run.video_id: run.id for run in session.scalars(query)}
+            query = query.where(Run.id.in_(select(TrackDocument.run_id).distinct()))
+            newest = {run.video_id: run.id for run in session.scalars(query.order_by(*current_run_last()))}
             wanted = list(newest.values())
         found = [reviewed_drive(run_source(session, settings, run_id)) for run_id in wanted]
     drives = [drive for drive in found if drive is not None]

@@ -196,6 +196,7 @@ def test_crops_are_read_by_the_engine_like_the_benchmark(tmp_path: Path, clip: P
         assert item.roi[2] + item.roi[0] == picture.shape[1]
     assert (tmp_path / "out/00001/GT-00001.csv").read_text().splitlines()[1] == "00000_00000.ppm;30;31;5;5;25;26;1"
     assert any("not one of the 43 classes" in item["reason"] for item in reported.skipped)
+    assert reported.counts["pictures"] == len(list((tmp_path / "out").rglob("*.ppm"))) == 5
 
 
 def test_crops_of_one_sign_are_in_one_subset(tmp_path: Path, clip: Path) -> None:

@@ -127,7 +127,7 @@ def count_open_left_out(dataset: Dataset, filters: Filters) -> int:
         return 0
     states = replace(filters, labels=None, not_in_set="class")
     return sum(
-        track.state == "open" and _reason_left_out(track, states) is not None
+        track.state == "open" and track.source not in EDITED_SOURCES and _reason_left_out(track, states) is not None
         for video in dataset.videos
         for track in video.tracks()
     )

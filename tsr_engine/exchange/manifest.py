@@ -183,7 +183,7 @@ def build_manifest(
             "tracks": counts.tracks,
             "boxes": counts.boxes,
             "negatives": sum(map(len, counts.negatives)),
-            "pictures": len(pictures),
+            "pictures": len(pictures) + entries.get("crops", 0),
             "classes": counts.counts,
         },
         "videos": [

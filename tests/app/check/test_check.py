@@ -117,3 +117,15 @@ def test_two_runs_of_one_video_are_refused(api: ExchangeClient, capfd: pytest.Ca
     imported = api.import_file(b"\n".join(rows), "run", name="theirs.csv")["id"]
     assert run(["check", api.run_id, imported, "--home", str(api.home), "--out", str(api.home / "check")]) == 2
     assert "Two of the runs belong to" in capfd.readouterr().err
+
+
+def test_a_reviewed_run_of_the_engine_comes_before_a_later_imported_one(
+    api: ExchangeClient, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    review_tracks(api)
+    rows = [b"frame,uid,x1,y1,x2,y2,label,state", *(b"%d,m1,10,10,40,40,stop,accepted" % k for k in range(9)), b""]
+    api.import_file(b"\n".join(rows), "run", name="theirs.csv")
+    command = ["check", "--home", str(api.home), "--set", "keep_score=50", "--bundles", "0", "--json"]
+    for out, names in (("all", []), ("named", ["drive.mp4"])):
+        assert run([*command, *names, "--out", str(tmp_path / out)]) == 0
+        assert [drive["run"] for drive in json.loads(capfd.readouterr().out)["drives"]] == [api.run_id]

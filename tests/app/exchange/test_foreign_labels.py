@@ -262,6 +262,10 @@ def test_open_tracks_are_left_out_and_counted(api: ExchangeClient) -> None:
     api.edit({"name": "set_review", "key": key, "frame": 1, "review": "accepted"}, {key: 0})
     made = api.export(states=["edited", "accepted", "rejected"])["summary"]
     assert (made["counts"]["tracks"], made["open_left"]) == (1, len(api.tracks()) - 1)
+    other = list(api.tracks())[1]
+    api.edit({"name": "relabel_track", "key": other, "frame": 1, "class_id": 14}, {other: 0})
+    made = api.export(states=["rejected"])["summary"]
+    assert made["open_left"] == len(api.tracks()) - 2, "a person has edited one of the open tracks"
 
 
 def test_an_export_stores_the_places_of_tracks_that_it_leaves_out(api: ExchangeClient) -> None:
