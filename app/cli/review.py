@@ -49,9 +49,10 @@ def review(
       tsr review --root /data/drives --port 9000 --no-browser
     """
     allowed = list(roots or [])
-    for folder in allowed:
-        if not existing(folder, "folder of videos").is_dir():
-            raise InputError(f"Expected a folder of videos, but {folder} is a file. Name the folder that it lies in.")
+    named = [(folder, "folder of videos") for folder in allowed]
+    for folder, what in [*named, (models, "folder of models")] if models is not None else named:
+        if not existing(folder, what).is_dir():
+            raise InputError(f"Expected a {what}, but {folder} is a file. Name the folder that it lies in.")
     if video is not None:
         from tsr_engine.io.video_probe import check_file
 

@@ -196,6 +196,8 @@ def test_refusals_are_sentences(tmp_path: Path) -> None:
         (call(home, "--port", "0", str(joined)), "characters that are not allowed in file names here"),
         (call(home, "--root", "/none"), "There is no folder of videos at /none"),
         (call(home, "--root", __file__), "Expected a folder of videos"),
+        (call(home, "--models", "/none"), "There is no folder of models at /none"),
+        (call(home, "--models", __file__), "Expected a folder of models"),
         (call(home, "--home", ""), "The value of --home is empty"),
         (call(home, "--host", "0.0.0.0"), "TSR_TOKEN"),
         (call(home, "--port", "0", TSR_HOME="/proc/nothing"), "/proc/nothing"),

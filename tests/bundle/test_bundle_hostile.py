@@ -154,6 +154,8 @@ def test_other_files_are_refused(tmp_path: Path, plain: Path) -> None:
     (tmp_path / "half.zip").write_bytes(plain.read_bytes()[:5000])
     assert "half.zip" in error_message(tmp_path / "half.zip")
     assert "There is no bundle at" in error_message(tmp_path / "none.zip")
+    (tmp_path / "drive.mp4").write_text("hello")
+    assert "or the evidence folder of a run" in error_message(tmp_path / "drive.mp4")
 
 
 @pytest.mark.parametrize("clip", [b"", b"#EXTM3U\nfile:///etc/passwd\n", b"\0\0\0\x18ftypmp42" + bytes(400)])

@@ -21,6 +21,7 @@ from tsr_engine.evidence import EvidenceReader
 from tsr_engine.evidence.schema import DATABASE
 from tsr_engine.evidence.untrusted import check_untrusted
 from tsr_engine.exchange.archive import ArchiveLimits, unpack
+from tsr_engine.exchange.untrusted_zip import is_archive
 from tsr_engine.io.digest import file_sha256
 from tsr_engine.io.video_probe import check_file
 
@@ -76,6 +77,8 @@ def open_bundle(path: Path) -> Iterator[Bundle]:
     """
     if not path.is_file():
         raise ImportFormatError(f"There is no bundle at {path}. Check the path.")
+    if path.suffix.lower() != ".zip" and not is_archive(path):
+        raise ImportFormatError(f"{path} is not a bundle (.zip). Name one, or the evidence folder of a run.")
     with TemporaryDirectory(prefix="tsr-bundle-") as name:
         try:
             yield read_bundle(path, Path(name))
