@@ -47,6 +47,24 @@ def test_a_double_click_shows_earlier_work_once(page: Page) -> None:
     assert result(page, history) == 2
 
 
+def test_values_that_are_loading_are_not_said_to_be_missing(page: Page) -> None:
+    """What frame and events of the inspector say before the engine's values are there, and without any."""
+    body = """
+    const { createExplain } = await load('inspector/explain.js');
+    const { createEvents } = await load('inspector/events.js');
+    const sections = [createExplain(stub({}, {}), signal), createEvents(stub({}, {}))];
+    const track = { ...inspected('m1'), doc: null, lane: null, laneData: null, sentences: [] };
+    track.review.frame = 0;
+    return [false, true].map((isLoaded) => {
+      for (const section of sections) section.update({ ...track, isLoaded });
+      return sections.map(({ element }) => element.textContent);
+    });"""
+    loading, loaded = result(page, body)
+    assert ["loading…" in text for text in loading] == [True, True]
+    assert loaded[0].endswith("The track has no box of the engine in this frame.")
+    assert loaded[1].startswith("Events0")
+
+
 def test_a_double_click_gives_one_second_opinion(page: Page) -> None:
     body = """
     const { createSecondOpinionForm } = await load('second_opinion.js');
