@@ -102,6 +102,7 @@ def test_an_export_is_listed_and_can_be_downloaded(page: Page, review: ImportedR
     with page.expect_download(timeout=MAX_WORK_MS) as download:
         dialog.get_by_role("link", name="Download my <b>export").click(timeout=MAX_WORK_MS)
     assert download.value.suggested_filename.endswith(".zip")
+    expect(dialog).to_contain_text("It is listed under Files.")
     with zipfile.ZipFile(io.BytesIO(Path(download.value.path()).read_bytes())) as archive:
         manifest = json.loads(archive.read("manifest.json"))
         xml = ET.fromstring(archive.read(next(n for n in archive.namelist() if n.endswith(".xml"))))
@@ -135,6 +136,20 @@ def test_an_impossible_split_shows_the_reason_and_the_choice_is_remembered(page:
     dialog = page.get_by_role("dialog")
     expect(dialog.get_by_label("Format", exact=True)).to_have_value("coco")
     expect(dialog.get_by_label("Validation", exact=True)).to_have_value("30")
+
+
+def test_a_format_that_consists_of_pictures_leaves_the_choice_of_the_others(page: Page, review: ImportedRun) -> None:
+    _review(page, review)
+    page.get_by_role("button", name="Export annotations").click()
+    dialog = page.get_by_role("dialog")
+    formats, none = dialog.get_by_label("Format", exact=True), dialog.get_by_label("None", exact=True)
+    formats.select_option("cvat-video")
+    none.check()
+    formats.select_option("gtsrb")
+    expect(none).to_be_disabled()
+    expect(dialog.get_by_label("Annotated frames")).to_be_checked()
+    formats.select_option("label-studio")
+    expect(none).to_be_checked()
 
 
 def test_ground_truth_imported_from_the_library_is_shown(page: Page, review: ImportedRun) -> None:
