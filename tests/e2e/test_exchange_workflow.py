@@ -260,6 +260,14 @@ def test_a_broken_file_is_refused_with_file_line_and_rule(page: Page, review: Im
     _choose(page, "unknown.bin", b"\x00\x01\x02")
     dialog.get_by_role("button", name="Import", exact=True).click()
     expect(refused).to_contain_text("unknown.bin", timeout=MAX_WORK_MS)
+    # what a refusal advises can be set in the dialog
+    picture = {"file_name": "1.jpg", "width": 99, "height": 99, "id": 1}
+    sign = {"id": 1, "image_id": 1, "category_id": 1, "bbox": [1, 1, 20, 20]}
+    coco = {"images": [picture], "annotations": [sign], "categories": [{"id": 1, "name": "stop"}]}
+    _choose(page, "small.json", json.dumps(coco).encode())
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    expect(refused).to_contain_text("first_frame=0", timeout=MAX_WORK_MS)
+    expect(refused).to_contain_text("To set “First frame”, choose the format of the file above.")
 
 
 def test_the_video_of_a_table_about_several_is_named(page: Page, review: ImportedRun) -> None:
