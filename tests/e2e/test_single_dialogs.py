@@ -165,3 +165,29 @@ def test_a_dialog_that_is_closed_during_an_import_says_so(page: Page) -> None:
         "The dialog was closed during the import of signs.csv",
         "The dialog was closed during the import of bug.zip",
     ]
+
+
+def test_frames_that_cannot_be_assigned_are_refused_in_the_words_of_the_fields(page: Page) -> None:
+    body = """
+    const { assignDialog } = await load('dialogs/assign.js');
+    const requests = [];
+    const state = { videos: [{ id: 'v', name: 'drive.mp4', frames: 300 }], assignments: [] };
+    const app = stub(state, { people: async () => [worker('Anna')], assign: async (request) => (requests.push(request), []) });
+    const dialog = assignDialog({ app, data: { video: 'v' }, close: () => {}, signal });
+    const fields = dialog.body.querySelectorAll('input');
+    const told = [];
+    for (const [first, last] of [['250', '100'], ['0', '300'], ['', '9'], ['250', '299']]) {
+      [fields[0].value, fields[1].value] = [first, last];
+      await dialog.submit();
+      await settle();
+      told.push(dialog.body.querySelector('.field-error').textContent);
+    }
+    return [told.slice(0, 3), requests.map(({ first, stop }) => [first, stop])];"""
+    assert result(page, body) == [
+        [
+            "The last frame comes before the first.",
+            "The last frame must be a whole number from 0 to 299.",
+            "The first frame must be a whole number from 0 to 299.",
+        ],
+        [[250, None]],
+    ]
