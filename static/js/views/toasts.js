@@ -24,14 +24,16 @@ export function createToasts({ store, signal }) {
   const isCovered = () => store.get().dialog !== null;
   let wasCovered = false;
 
-  /** Over the lower part of the picture, where the road is: signs, lanes and buttons stay visible. */
+  /** Over the lower part of the picture, where the road is: signs, lanes, the hint and buttons stay visible. */
   function position() {
     const stage = document.querySelector('.picture-stage')?.getBoundingClientRect();
     const isOverPicture = stage !== undefined && stage.width > 0;
     element.classList.toggle('toasts-over-picture', isOverPicture);
     if (!isOverPicture) return;
     element.style.setProperty('--middle', `${stage.left + stage.width / 2}px`);
-    element.style.setProperty('--below', `${innerHeight - stage.bottom}px`);
+    const lowest = [...document.querySelectorAll('.picture-hint, .picture-truth-below')].map((part) => part.getBoundingClientRect());
+    const free = Math.min(stage.bottom, ...lowest.filter(({ height }) => height > 0).map(({ top }) => top));
+    element.style.setProperty('--below', `${innerHeight - free}px`);
     element.style.setProperty('--room', `${stage.width}px`);
   }
 
@@ -83,13 +85,13 @@ export function createToasts({ store, signal }) {
   return {
     element,
     update(state) {
+      if (shown.size > 0) position();
       if (isCovered() !== wasCovered) {
         wasCovered = !wasCovered;
         for (const { countDown } of shown) countDown();
       }
       if (state.route === route) return;
       route = state.route;
-      if (shown.size > 0) position();
       for (const { route: from, close } of [...shown]) if (from && !isSameView(from, state.route, state.review?.run?.id ?? null)) close();
     },
   };
