@@ -191,3 +191,21 @@ def test_frames_that_cannot_be_assigned_are_refused_in_the_words_of_the_fields(p
         ],
         [[250, None]],
     ]
+
+
+def test_the_history_of_a_label_set_says_what_was_shipped(page: Page) -> None:
+    """Also after the first change, which stores the shipped version at its own time."""
+    body = """
+    const { labelHistoryDialog } = await load('dialogs/label_history.js');
+    const created = '2026-11-29T11:39:00Z';
+    const versions = [
+      { version: 2, author: 'Anna', created, sentence: 'Added', undoes: null },
+      { version: 1, author: '', created, sentence: 'Came with tsr.', undoes: null },
+    ];
+    const app = stub({}, { labelHistory: async () => versions });
+    const { body } = labelHistoryDialog({ app, data: { set: 'gtsrb-43' }, close: () => {}, signal });
+    await settle();
+    return [...body.querySelectorAll('li .muted')].map(({ textContent }) => textContent);"""
+    changed, shipped = result(page, body)
+    assert changed.startswith("Version 2 · Anna · ")
+    assert shipped == "Version 1, as shipped with tsr"
