@@ -18,6 +18,7 @@ from tests.e2e.browsers import open_browser
 from tests.e2e.forked_server import ForkedServer
 from tests.e2e.interception import intercept
 from tests.e2e.review_session import ReviewSession, fresh_page, go_back, import_tracks, open_address
+from tests.e2e.test_small_windows import rect_of
 
 
 def worse_tracks() -> bytes:
@@ -144,6 +145,18 @@ def test_a_box_of_the_ground_truth_is_chosen_and_taken_over_by_keys(review: Revi
         page.wait_for_timeout(20)
     page.keyboard.press("Alt+y")  # the whole sign
     expect(page.locator(".toasts")).to_contain_text("Taken over:")
+    # the sign in the upper half of the picture: its bar, the hint and the notice share the lower edge
+    page.evaluate(
+        "(sign) => tsr.store.dispatch((s) => ({...s, review: {...s.review, selected: null, truthSign: sign,"
+        " viewport: {...s.review.viewport, y: s.review.viewport.y + 50}}}))",
+        sign,
+    )
+    parts = [page.locator(name) for name in (".picture-hint", ".picture-truth-below", ".toasts")]
+    for part in parts:
+        expect(part).to_be_visible()
+    hint, bar, notice = (rect_of(part) for part in parts)
+    assert bar["y"] + bar["height"] <= hint["y"]
+    assert notice["y"] + notice["height"] <= bar["y"]
     page.wait_for_function("() => tsr.store.get().review.undo?.name === 'take_over'")
     page.keyboard.press("Control+z")
     page.wait_for_function("() => tsr.store.get().review.redo?.name === 'take_over'")

@@ -284,7 +284,9 @@ def test_the_end_of_the_queue_leads_to_the_next_video(review: ReviewSession, pag
         page, page.get_by_role("dialog").get_by_role("button", name=re.compile(r"^Accept \d+ tracks?$")).click
     )
     end = page.locator(".queue-end")
-    expect(end.get_by_role("status")).to_have_text("All tracks reviewed: nothing is left in the library.")
+    expect(end.get_by_role("status")).to_have_text(
+        "All tracks of this video are reviewed. No other video has an open track."
+    )
     expect(end.get_by_role("button")).to_be_hidden()
     known = review.server.call("GET", "/videos")["videos"]
     other = {**known[0], "id": "a" * 64, "name": "next drive.mp4", "review": {"tracks": 12, "reviewed": 5}}

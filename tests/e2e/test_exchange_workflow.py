@@ -102,6 +102,7 @@ def test_an_export_is_listed_and_can_be_downloaded(page: Page, review: ImportedR
     with page.expect_download(timeout=MAX_WORK_MS) as download:
         dialog.get_by_role("link", name="Download my <b>export").click(timeout=MAX_WORK_MS)
     assert download.value.suggested_filename.endswith(".zip")
+    expect(dialog).to_contain_text("It is listed under Files.")
     with zipfile.ZipFile(io.BytesIO(Path(download.value.path()).read_bytes())) as archive:
         manifest = json.loads(archive.read("manifest.json"))
         xml = ET.fromstring(archive.read(next(n for n in archive.namelist() if n.endswith(".xml"))))
@@ -135,6 +136,20 @@ def test_an_impossible_split_shows_the_reason_and_the_choice_is_remembered(page:
     dialog = page.get_by_role("dialog")
     expect(dialog.get_by_label("Format", exact=True)).to_have_value("coco")
     expect(dialog.get_by_label("Validation", exact=True)).to_have_value("30")
+
+
+def test_a_format_that_consists_of_pictures_leaves_the_choice_of_the_others(page: Page, review: ImportedRun) -> None:
+    _review(page, review)
+    page.get_by_role("button", name="Export annotations").click()
+    dialog = page.get_by_role("dialog")
+    formats, none = dialog.get_by_label("Format", exact=True), dialog.get_by_label("None", exact=True)
+    formats.select_option("cvat-video")
+    none.check()
+    formats.select_option("gtsrb")
+    expect(none).to_be_disabled()
+    expect(dialog.get_by_label("Annotated frames")).to_be_checked()
+    formats.select_option("label-studio")
+    expect(none).to_be_checked()
 
 
 def test_ground_truth_imported_from_the_library_is_shown(page: Page, review: ImportedRun) -> None:
@@ -245,6 +260,14 @@ def test_a_broken_file_is_refused_with_file_line_and_rule(page: Page, review: Im
     _choose(page, "unknown.bin", b"\x00\x01\x02")
     dialog.get_by_role("button", name="Import", exact=True).click()
     expect(refused).to_contain_text("unknown.bin", timeout=MAX_WORK_MS)
+    # what a refusal advises can be set in the dialog
+    picture = {"file_name": "1.jpg", "width": 99, "height": 99, "id": 1}
+    sign = {"id": 1, "image_id": 1, "category_id": 1, "bbox": [1, 1, 20, 20]}
+    coco = {"images": [picture], "annotations": [sign], "categories": [{"id": 1, "name": "stop"}]}
+    _choose(page, "small.json", json.dumps(coco).encode())
+    dialog.get_by_role("button", name="Import", exact=True).click()
+    expect(refused).to_contain_text("first_frame=0", timeout=MAX_WORK_MS)
+    expect(refused).to_contain_text("To set “First frame”, choose the format of the file above.")
 
 
 def test_the_video_of_a_table_about_several_is_named(page: Page, review: ImportedRun) -> None:

@@ -39,6 +39,7 @@ def test_a_second_opinion_is_asked_for_given_and_counted(review: ReviewSession) 
         region.get_by_label("Share of the accepted tracks").fill("100")
         region.get_by_role("button", name="Assign").click()
         expect(rolf.get_by_role("region", name="Second opinions")).to_contain_text("1 open")
+        expect(rolf.get_by_role("status", name="Notices")).to_contain_text("1 track is assigned to Anna.")
 
         anna.get_by_role("link", name="Anna").click()
         mine = anna.get_by_role("region", name="Second opinion")

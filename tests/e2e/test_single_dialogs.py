@@ -165,3 +165,47 @@ def test_a_dialog_that_is_closed_during_an_import_says_so(page: Page) -> None:
         "The dialog was closed during the import of signs.csv",
         "The dialog was closed during the import of bug.zip",
     ]
+
+
+def test_frames_that_cannot_be_assigned_are_refused_in_the_words_of_the_fields(page: Page) -> None:
+    body = """
+    const { assignDialog } = await load('dialogs/assign.js');
+    const requests = [];
+    const state = { videos: [{ id: 'v', name: 'drive.mp4', frames: 300 }], assignments: [] };
+    const app = stub(state, { people: async () => [worker('Anna')], assign: async (request) => (requests.push(request), []) });
+    const dialog = assignDialog({ app, data: { video: 'v' }, close: () => {}, signal });
+    const fields = dialog.body.querySelectorAll('input');
+    const told = [];
+    for (const [first, last] of [['250', '100'], ['0', '300'], ['', '9'], ['250', '299']]) {
+      [fields[0].value, fields[1].value] = [first, last];
+      await dialog.submit();
+      await settle();
+      told.push(dialog.body.querySelector('.field-error').textContent);
+    }
+    return [told.slice(0, 3), requests.map(({ first, stop }) => [first, stop])];"""
+    assert result(page, body) == [
+        [
+            "The last frame comes before the first.",
+            "The last frame must be a whole number from 0 to 299.",
+            "The first frame must be a whole number from 0 to 299.",
+        ],
+        [[250, None]],
+    ]
+
+
+def test_the_history_of_a_label_set_says_what_was_shipped(page: Page) -> None:
+    """Also after the first change, which stores the shipped version at its own time."""
+    body = """
+    const { labelHistoryDialog } = await load('dialogs/label_history.js');
+    const created = '2026-11-29T11:39:00Z';
+    const versions = [
+      { version: 2, author: 'Anna', created, sentence: 'Added', undoes: null },
+      { version: 1, author: '', created, sentence: 'Came with tsr.', undoes: null },
+    ];
+    const app = stub({}, { labelHistory: async () => versions });
+    const { body } = labelHistoryDialog({ app, data: { set: 'gtsrb-43' }, close: () => {}, signal });
+    await settle();
+    return [...body.querySelectorAll('li .muted')].map(({ textContent }) => textContent);"""
+    changed, shipped = result(page, body)
+    assert changed.startswith("Version 2 · Anna · ")
+    assert shipped == "Version 1, as shipped with tsr"

@@ -47,6 +47,44 @@ def test_a_double_click_shows_earlier_work_once(page: Page) -> None:
     assert result(page, history) == 2
 
 
+def test_a_notice_below_a_dialog_stays_until_the_dialog_is_closed(page: Page) -> None:
+    body = """
+    const { createToasts } = await load('toasts.js');
+    const { toast } = await import('/static/js/core/toast.js');
+    const timers = new Map();
+    globalThis.setTimeout = (run) => timers.set(timers.size + 1, run).size;
+    globalThis.clearTimeout = (id) => timers.delete(id);
+    const state = { dialog: { kind: 'help' }, review: null };
+    const toasts = createToasts(stub(state, {}));
+    toasts.update(state);
+    toast('The bundle is ready.', { stays: true });
+    const below = timers.size;
+    state.dialog = null;
+    toasts.update(state);
+    const after = timers.size;
+    for (const run of timers.values()) run();
+    return [below, after, toasts.element.childElementCount];"""
+    assert result(page, body) == [0, 1, 0]
+
+
+def test_values_that_are_loading_are_not_said_to_be_missing(page: Page) -> None:
+    """What frame and events of the inspector say before the engine's values are there, and without any."""
+    body = """
+    const { createExplain } = await load('inspector/explain.js');
+    const { createEvents } = await load('inspector/events.js');
+    const sections = [createExplain(stub({}, {}), signal), createEvents(stub({}, {}))];
+    const track = { ...inspected('m1'), doc: null, lane: null, laneData: null, sentences: [] };
+    track.review.frame = 0;
+    return [false, true].map((isLoaded) => {
+      for (const section of sections) section.update({ ...track, isLoaded });
+      return sections.map(({ element }) => element.textContent);
+    });"""
+    loading, loaded = result(page, body)
+    assert ["loading…" in text for text in loading] == [True, True]
+    assert loaded[0].endswith("The track has no box of the engine in this frame.")
+    assert loaded[1].startswith("Events0")
+
+
 def test_a_double_click_gives_one_second_opinion(page: Page) -> None:
     body = """
     const { createSecondOpinionForm } = await load('second_opinion.js');

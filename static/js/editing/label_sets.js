@@ -50,6 +50,8 @@ export function createLabelSets({ store, api, author, notify, onChanged = () => 
   let shown = null;
   /** Versions that this page made; events about them need no notice. @type {Set<string>} */
   const ownVersions = new Set();
+  /** By set: the newest version that is no news. Events also say that a set is used by a video or by the library. @type {Map<string, number>} */
+  const knownVersions = new Map();
   /** Resolves after this page's current changes: an event can arrive before their answers. */
   let changing = Promise.resolve();
 
@@ -59,6 +61,7 @@ export function createLabelSets({ store, api, author, notify, onChanged = () => 
     const [sets, labels] = await Promise.all([api.labelSets(), api.labels(loadedVideo)]);
     // a later request has overtaken this answer
     if (number !== requestCount) return;
+    for (const { key, version } of sets) if (!knownVersions.has(key)) knownVersions.set(key, version);
     store.dispatch((state) => setLabels(setLabelSets(state, sets), labels));
     const current = { video: videoOf(store.get()), version: versionOf(store.get()) };
     const hasChanged = shown !== null && shown.video === current.video && shown.version !== current.version;
@@ -95,10 +98,12 @@ export function createLabelSets({ store, api, author, notify, onChanged = () => 
     async receive({ subject, data }) {
       await changing;
       const isOwn = ownVersions.has(`${subject} ${data.version}`);
+      const isNews = !isOwn && data.version > (knownVersions.get(subject) ?? 0);
+      if (isOwn || isNews) knownVersions.set(subject, data.version);
       // the labels after the user's own change may not have arrived yet
       if (isOwn && (store.get().labelSets?.find(({ key }) => key === subject)?.version ?? 0) >= data.version) return;
       await reload();
-      if (isOwn || subject !== labelSetKey(store.get())) return;
+      if (!isNews || subject !== labelSetKey(store.get())) return;
       const entry = (await api.labelHistory(subject)).find(({ version }) => version === data.version);
       if (entry) notify(`${entry.author}: ${entry.sentence}`);
     },

@@ -166,6 +166,18 @@ export function countExported(tracks, docs, { states, labels, notInSet, first, l
   return total;
 }
 
+/**
+ * The switches of imports that a refusal names, such as `size=scale`.
+ *
+ * @param {string} message
+ * @param {readonly Pick<import('../types.js').Format, 'import_switches'>[]} formats
+ * @returns {string[]} names of the switches
+ */
+export function namedSwitches(message, formats) {
+  const names = new Set(formats.flatMap(({ import_switches }) => import_switches.map(({ name }) => name)));
+  return [...names].filter((name) => message.includes(` ${name}=`));
+}
+
 const VIDEO_EXTENSIONS =
   'mp4 m4v mov 3gp mkv webm avi ts m2ts mts m2t mpg mpeg vob flv wmv asf h264 264 avc h265 265 hevc gif apng webp'.split(' ');
 /** Video files for a file dialog. Includes endings, because browsers do not know all types. */

@@ -26,6 +26,7 @@ export function whyNoTracks(review, total) {
   if (tracks.id.length > 0) return 'Every track is deleted.';
   if (run.state === 'running' && run.note) return `The run has found no sign yet: it is ${run.note}.`;
   if (run.state === 'running') return `The run has found no sign yet; ${runPercent(run)} of its frames are done.`;
+  if (run.kind === 'imported') return 'The run has no track yet. N draws one.';
   if (run.state === 'complete') return 'The run has found no sign. N draws a track by hand.';
   return `The run was ${run.state} after ${plural(run.frames_done, 'frame')}, and has found no sign in them.`;
 }

@@ -25,14 +25,15 @@ export function openVideos(videos, present) {
 }
 
 /**
- * The message after every track of a video is reviewed.
+ * The message after every track of a video is reviewed. Videos without a finished run are not mentioned.
  *
  * @param {OpenVideos} left
  * @param {number} total   tracks of this video
  * @returns {string}
  */
 export function reviewedMessage({ videos, tracks }, total) {
-  if (tracks === 0) return 'All tracks reviewed: nothing is left in the library.';
+  const here = total > 0 ? 'All tracks of this video are reviewed' : 'This video has no track to review';
+  if (tracks === 0) return `${here}. No other video has an open track.`;
   const where = videos === 1 ? '1 other video' : `${count(videos)} other videos`;
-  return `${total > 0 ? 'All tracks of this video are reviewed' : 'This video has no track to review'}. ${where} ${videos === 1 ? 'has' : 'have'} ${plural(tracks, 'open track')}.`;
+  return `${here}. ${where} ${videos === 1 ? 'has' : 'have'} ${plural(tracks, 'open track')}.`;
 }

@@ -133,7 +133,16 @@ function stateOf(video, runs) {
         meter(Math.min(1, reviewed / tracks), 'Reviewed', reviewed >= tracks),
       );
     } else if (!activeRun && video.latest_run && latestRun?.state === 'complete') {
-      lines.push(h('p.small.muted', latestRun.tracks ? 'Every track is deleted.' : 'The run has found no sign.'));
+      lines.push(
+        h(
+          'p.small.muted',
+          latestRun.tracks
+            ? 'Every track is deleted.'
+            : latestRun.kind === 'imported'
+              ? 'The run has no track yet.'
+              : 'The run has found no sign.',
+        ),
+      );
     } else if (!activeRun && video.runs === 0) {
       lines.push(h('p.small.muted', 'Not run yet'));
     }

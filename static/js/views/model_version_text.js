@@ -73,7 +73,7 @@ function labelRows({ labels, lacks }) {
   return [
     [
       'Labels',
-      `${count(labels)}${lacks.length > 0 ? `; missing from the label set: ${lacks.slice(0, MAX_NAMED_LABELS).join(', ')}${more}` : '; all signs of the label set'}`,
+      `${count(labels)}${lacks.length > 0 ? `; it lacks these of the label set: ${lacks.slice(0, MAX_NAMED_LABELS).join(', ')}${more}` : '; all signs of the label set'}`,
     ],
   ];
 }

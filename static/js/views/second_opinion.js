@@ -4,6 +4,7 @@
  */
 
 import { errorMessage } from '../api/errors.js';
+import { toast } from '../core/toast.js';
 import { formatRoute } from '../model/route.js';
 import { trackName } from '../model/track_name.js';
 import { fill, h, selectInput } from './dom.js';
@@ -130,8 +131,10 @@ export function createAgreementSection(app, opinions, people, signal, reload) {
         { person: person.value, share: Number(share.value) / 100 },
         { signal },
       );
-      if (given > 0) reload();
-      else
+      if (given > 0) {
+        toast(`${plural(given, 'track')} ${given === 1 ? 'is' : 'are'} assigned to ${person.value}.`, { tone: 'good' });
+        reload();
+      } else
         status.textContent =
           unread > 0
             ? `Nothing was assigned: the tracks of ${plural(unread, 'run')} are still being read. Try again in a moment.`

@@ -2,7 +2,7 @@
 /**
  * Short notices, announced politely to screen readers. They ask for no decision: that is for banners. They lie over the
  * road in the picture or, on other screens, over the top bar. The next edit or screen ends them, because they are
- * outdated then and their button would undo something else.
+ * outdated then and their button would undo something else. Below a dialog they stay until it is closed.
  */
 
 import { TOAST_END, TOAST } from '../core/toast.js';
@@ -15,21 +15,25 @@ import { icon, iconButton } from './icons.js';
 const TOAST_DURATION_MS = 6000;
 const MAX_TOASTS = 4;
 
-/** @param {{signal: AbortSignal}} app @returns {import('../page-types.js').Part} */
-export function createToasts({ signal }) {
+/** @param {Pick<import('../page-types.js').App, 'store'|'signal'>} app @returns {import('../page-types.js').Part} */
+export function createToasts({ store, signal }) {
   const element = h('div.toasts', { role: 'status', 'aria-live': 'polite', 'aria-label': 'Notices' });
-  /** Shown notices, oldest first; route: the screen of one that ends with the next edit or screen, else null. @type {Set<{topic: string, route: Route|null, close: () => void}>} */
+  /** Shown notices, oldest first; route: the screen of one that ends with the next edit or screen, else null. @type {Set<{topic: string, route: Route|null, close: () => void, countDown: () => void}>} */
   const shown = new Set();
   /** @type {Route|null} */ let route = null;
+  const isCovered = () => store.get().dialog !== null;
+  let wasCovered = false;
 
-  /** Over the lower part of the picture, where the road is: signs, lanes and buttons stay visible. */
+  /** Over the lower part of the picture, where the road is: signs, lanes, the hint and buttons stay visible. */
   function position() {
     const stage = document.querySelector('.picture-stage')?.getBoundingClientRect();
     const isOverPicture = stage !== undefined && stage.width > 0;
     element.classList.toggle('toasts-over-picture', isOverPicture);
     if (!isOverPicture) return;
     element.style.setProperty('--middle', `${stage.left + stage.width / 2}px`);
-    element.style.setProperty('--below', `${innerHeight - stage.bottom}px`);
+    const lowest = [...document.querySelectorAll('.picture-hint, .picture-truth-below')].map((part) => part.getBoundingClientRect());
+    const free = Math.min(stage.bottom, ...lowest.filter(({ height }) => height > 0).map(({ top }) => top));
+    element.style.setProperty('--below', `${innerHeight - free}px`);
     element.style.setProperty('--room', `${stage.width}px`);
   }
 
@@ -58,13 +62,16 @@ export function createToasts({ signal }) {
         ),
       iconButton('close', 'Close this notice', close, null),
     );
-    let timer = setTimeout(close, TOAST_DURATION_MS);
+    /** @type {ReturnType<typeof setTimeout>|undefined} */ let timer;
+    const countDown = () => {
+      clearTimeout(timer);
+      timer = isCovered() ? undefined : setTimeout(close, TOAST_DURATION_MS);
+    };
+    countDown();
     // A notice stays while the pointer is over it.
     item.addEventListener('pointerenter', () => clearTimeout(timer));
-    item.addEventListener('pointerleave', () => {
-      timer = setTimeout(close, TOAST_DURATION_MS);
-    });
-    const entry = { topic: topic ?? text, route: stays ? null : parseRoute(location.hash), close };
+    item.addEventListener('pointerleave', countDown);
+    const entry = { topic: topic ?? text, route: stays ? null : parseRoute(location.hash), close, countDown };
     for (const older of [...shown]) if (older.topic === entry.topic) older.close();
     shown.add(entry);
     position();
@@ -78,9 +85,13 @@ export function createToasts({ signal }) {
   return {
     element,
     update(state) {
+      if (shown.size > 0) position();
+      if (isCovered() !== wasCovered) {
+        wasCovered = !wasCovered;
+        for (const { countDown } of shown) countDown();
+      }
       if (state.route === route) return;
       route = state.route;
-      if (element.childElementCount > 0) position();
       for (const { route: from, close } of [...shown]) if (from && !isSameView(from, state.route, state.review?.run?.id ?? null)) close();
     },
   };

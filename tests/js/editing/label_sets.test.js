@@ -146,6 +146,19 @@ test('a change by another person is loaded and announced', async () => {
   assert.equal(said.length, 1, 'another set is not on the screen');
 });
 
+test('another use of a set is no change of it', async () => {
+  const { store, sets, server, said, receive } = createFixture();
+  await sets.reload();
+  store.dispatch((state) => ({ ...state, review: initialReview(/** @type {any} */ ({ id: 'v', label_set: 'vienna', frames: 9 })) }));
+  await receive(1, 'vienna');
+  assert.deepEqual([store.get().labels[0].name, said], ['boar', []]);
+  server.version = 2;
+  store.dispatch((state) => ({ ...state, review: null }));
+  await receive();
+  await receive();
+  assert.equal(said.length, 1, 'a change is announced once');
+});
+
 test('a change that is refused brings in what stands in its way', async () => {
   const { store, sets, server } = createFixture();
   await sets.reload();

@@ -7,6 +7,7 @@ import {
   DEFAULT_STATES,
   DEFAULT_CHOICE,
   isVideoFile,
+  namedSwitches,
   parseNumber,
   restoreChoice,
 } from '../../../static/js/model/exchange.js';
@@ -110,4 +111,13 @@ test('videos are distinguished from annotations by name', () => {
     ['a.MP4', 'b.mkv', 'c.xml', 'd.zip', 'mp4.json'].map((name) => isVideoFile({ name })),
     [true, true, false, false, false],
   );
+});
+
+test('the switches that a refusal names are found', () => {
+  const formats = [['first_frame', 'size'], ['size', 'bad_boxes'], []].map((names) => ({
+    import_switches: names.map((name) => /** @type {any} */ ({ name })),
+  }));
+  assert.deepEqual(namedSwitches('Choose the right video, or import with size=scale.', formats), ['size']);
+  assert.deepEqual(namedSwitches('Import with first_frame=0 or first_frame=1.', formats), ['first_frame']);
+  assert.deepEqual(namedSwitches('The box has the size 0.', formats), []);
 });

@@ -22,6 +22,12 @@ for (const [what, review, total, said] of /** @type {[string, any, number, strin
     0,
     'The run has found no sign. N draws a track by hand.',
   ],
+  [
+    'a run that is drawn by hand',
+    { ...OPEN, run: { state: 'complete', kind: 'imported' }, tracks: { id: [] } },
+    0,
+    'The run has no track yet. N draws one.',
+  ],
   ['a run whose tracks are all deleted', { ...OPEN, run: { state: 'complete' }, tracks: { id: [1] } }, 0, 'Every track is deleted.'],
   [
     'a run that has found nothing yet',

@@ -32,7 +32,14 @@ test('videos that cannot be reviewed have no button: no run, no file, a failed o
 
 test('the words count and agree', () => {
   const next = reviewed('a', 1, 0);
-  assert.equal(reviewedMessage({ videos: 0, tracks: 0, next: null }, 4), 'All tracks reviewed: nothing is left in the library.');
+  assert.equal(
+    reviewedMessage({ videos: 0, tracks: 0, next: null }, 4),
+    'All tracks of this video are reviewed. No other video has an open track.',
+  );
+  assert.equal(
+    reviewedMessage({ videos: 0, tracks: 0, next: null }, 0),
+    'This video has no track to review. No other video has an open track.',
+  );
   assert.equal(
     reviewedMessage({ videos: 1, tracks: 1, next }, 4),
     'All tracks of this video are reviewed. 1 other video has 1 open track.',

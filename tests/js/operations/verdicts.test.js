@@ -32,7 +32,7 @@ test('a verdict goes on to the next track that is left; given twice it stays and
     judge(app, 'rejected', say);
   }
   await editor.settled();
-  assert.equal(said.at(-1), 'All tracks reviewed: nothing is left in the library.');
+  assert.equal(said.at(-1), 'All tracks of this video are reviewed. No other video has an open track.');
   assert.equal(review().selected, `m${ids.at(-1)}`, 'it does not go on to what has been judged');
   assert.equal(server.log.length, ids.length);
   end();

@@ -30,6 +30,12 @@ test('runs of a video that is not loaded are not made up from one event', () => 
   assert.deepEqual(actions.dropVideo(actions.setVideos(state, [video('v')]), 'v').runs, {});
 });
 
+test('the assignments of a removed video go with it', () => {
+  const assignment = (/** @type {number} */ id, /** @type {string} */ video_id) => /** @type {any} */ ({ id, video_id, revision: 1 });
+  const state = { ...actions.setVideos(initialState(), [video('v'), video('w')]), assignments: [assignment(1, 'v'), assignment(2, 'w')] };
+  assert.deepEqual(pluck(actions.dropVideo(state, 'v').assignments, 'id'), [2]);
+});
+
 test('a banner replaces the one of its id; what changes nothing is the same state', () => {
   const both = actions.showBanner(actions.showBanner(initialState(), { id: 'x', tone: 'info', text: '1' }), {
     id: 'z',

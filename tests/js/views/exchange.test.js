@@ -157,6 +157,9 @@ test('lineage names parent, exports, corrections, data and seed', () => {
   assert.equal(describeProgress(version), 'trial: boosting · 3 of 9');
   assert.equal(describeProgress({ ...version, note: 'compiling' }), 'trial: boosting · 3 of 9 · compiling');
   assert.equal(Object.fromEntries(describeLineage({ ...version, parent_id: 'gone' }, []))['Made from'], 'a version that was removed');
+  const reads = (/** @type {string[]} */ lacks) => Object.fromEntries(describeLineage({ ...version, labels: 43, lacks }, []))['Labels'];
+  assert.equal(reads(['no stopping']), '43; it lacks these of the label set: no stopping');
+  assert.equal(reads([]), '43; all signs of the label set');
 });
 
 test('a requested file is announced once, unless it is visible or was cancelled', () => {

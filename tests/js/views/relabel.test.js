@@ -58,10 +58,16 @@ test('a number in the name of a label goes before a class number', () => {
 });
 
 test('the label dialog opens on the side away from the sign', () => {
-  const review = /** @type {any} */ ({ viewport: { x: 500, y: 300, zoom: 1 } });
-  assert.equal(sideBesideBox(review, [600, 0, 640, 40]), 'left');
-  assert.equal(sideBesideBox(review, [300, 0, 340, 40]), 'right');
-  assert.equal(sideBesideBox(review, null), undefined);
+  const review = /** @type {any} */ ({ viewport: { x: 640, y: 360, zoom: 0.75 } });
+  const stage = { left: 0, width: 920, height: 430 };
+  /** @param {import('../../../static/js/types.js').Box|null} box @param {number} windowWidth */
+  const side = (box, windowWidth) => sideBesideBox(review, box, stage, windowWidth);
+  assert.equal(side([1000, 0, 1040, 40], 1280), 'left');
+  assert.equal(side([300, 0, 340, 40], 1280), 'right');
+  assert.equal(side([720, 0, 760, 40], 1280), 'right', 'right of the middle of the picture, left of that of the window');
+  assert.equal(side([1000, 0, 1040, 40], 1600), 'right', 'the picture ends before a dialog on the right');
+  assert.equal(side(null, 1280), undefined);
+  assert.equal(sideBesideBox(review, [0, 0, 9, 9], undefined, 1280), undefined);
 });
 
 test('a label is found by its aliases, after labels with that name', () => {

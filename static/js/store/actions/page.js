@@ -32,10 +32,11 @@ export function putVideo(state, video) {
   return { ...state, videos: state.videos && withItem(state.videos, video), review };
 }
 
-/** @param {State} state @param {string} id @returns {State} */
+/** Also drops the assignments of the video, as the server does. @param {State} state @param {string} id @returns {State} */
 export function dropVideo(state, id) {
   const { [id]: _, ...runs } = state.runs;
-  return { ...state, videos: withoutItem(state.videos, id), runs };
+  const assignments = state.assignments.filter(({ video_id }) => video_id !== id);
+  return { ...state, videos: withoutItem(state.videos, id), runs, assignments };
 }
 
 /** @param {State} state @param {string} video @param {Run[]} runs @returns {State} */

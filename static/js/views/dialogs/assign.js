@@ -2,6 +2,7 @@
 /** Assign a video, or some of its frames, to a person, and change or remove assignments. */
 
 import { errorMessage } from '../../api/errors.js';
+import { parseNumber } from '../../model/exchange.js';
 import { assignedFrames, STATES } from '../../model/team.js';
 import { dropAssignment, putAssignment } from '../../store/actions/team.js';
 import { fill, h, setText } from '../dom.js';
@@ -61,10 +62,14 @@ export function assignDialog({ app, data, close, signal }) {
     );
 
   async function submit() {
-    const [firstFrame, lastFrame] = [Number(firstInput.value), Number(lastInput.value)];
     const frames = video?.frames ?? null;
-    if (!Number.isInteger(firstFrame) || !Number.isInteger(lastFrame) || firstInput.value.trim() === '' || lastInput.value.trim() === '')
-      return setText(errorText, 'First and last frame must be whole numbers.');
+    const range = { low: 0, high: frames === null ? 2 ** 31 - 2 : frames - 1, whole: true };
+    const first = parseNumber(firstInput.value, { name: 'The first frame', ...range });
+    if ('error' in first) return setText(errorText, first.error);
+    const last = parseNumber(lastInput.value, { name: 'The last frame', ...range });
+    if ('error' in last) return setText(errorText, last.error);
+    const [firstFrame, lastFrame] = [Number(first.value), Number(last.value)];
+    if (lastFrame < firstFrame) return setText(errorText, 'The last frame comes before the first.');
     try {
       const created = await api.assign(
         {

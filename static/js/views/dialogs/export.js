@@ -63,8 +63,10 @@ export function exportDialog({ app, data, close, signal }) {
   const formatSelect = h('select.select', { id: 'export-format', onchange: () => showFormat() });
   const summary = h('p.muted.small', { id: 'export-format-summary' });
   const switches = h('div.stack');
+  /** As a person chose. A format that consists of pictures takes those of the annotated frames in place of none. */
+  let chosenPictures = initial.pictures;
   const pictures = PICTURES.map(([value, label, title]) =>
-    choiceInput('radio', { name: 'export-pictures', value, title, checked: initial.pictures === value, onchange: check }, label),
+    choiceInput('radio', { name: 'export-pictures', value, title, onchange: () => choosePictures(value) }, label),
   );
   const split = createExportSplit(initial, check);
   const maxErrorInput = numberInput('export-thin', initial.thin_px, check);
@@ -77,6 +79,7 @@ export function exportDialog({ app, data, close, signal }) {
   const result = h('div.export-result', { 'aria-live': 'polite' });
   /** @type {{row: ReturnType<typeof createOutputRow>, id: string}|null} */ let createdFile = null;
   /** @type {Output|null} */ let shownOutput = null;
+  const fileHint = h('span');
 
   const findSelectedFormat = () => formats.find((one) => one.name === formatSelect.value);
 
@@ -154,6 +157,12 @@ export function exportDialog({ app, data, close, signal }) {
     };
   }
 
+  /** @param {typeof initial.pictures} chosen */
+  function choosePictures(chosen) {
+    chosenPictures = chosen;
+    check();
+  }
+
   const switchValues = () =>
     Object.fromEntries([...switches.querySelectorAll('select')].map((control) => [control.dataset.name ?? '', control.value]));
 
@@ -163,9 +172,10 @@ export function exportDialog({ app, data, close, signal }) {
     const selectedFormat = findSelectedFormat();
     maxErrorField.hidden = selectedFormat?.key_frames !== true;
     labels.allowIgnore(selectedFormat?.ignores === true);
-    const noPictures = pictures[0].input;
-    noPictures.disabled = selectedFormat?.needs_pictures === true;
-    if (noPictures.disabled && noPictures.checked) pictures[1].input.checked = true;
+    const needsPictures = selectedFormat?.needs_pictures === true;
+    pictures[0].input.disabled = needsPictures;
+    for (const { input } of pictures)
+      input.checked = input.value === (needsPictures && chosenPictures === 'none' ? 'annotated' : chosenPictures);
     const parsed = read();
     setText(errorText, 'error' in parsed ? parsed.error : '');
     submitButton.disabled = 'error' in parsed;
@@ -182,7 +192,7 @@ export function exportDialog({ app, data, close, signal }) {
         'export',
         JSON.stringify({
           format: parsed.request.format,
-          pictures: parsed.request.pictures,
+          pictures: chosenPictures,
           states: parsed.request.states,
           labels: parsed.request.labels,
           not_in_set: parsed.request.not_in_set,
@@ -197,17 +207,12 @@ export function exportDialog({ app, data, close, signal }) {
       const output = await app.load(() => api.startExport(parsed.request, { signal }), putOutput);
       const row = createOutputRow(app, output);
       createdFile = { row, id: output.id };
-      shownOutput = output;
+      show(output);
       fill(
         result,
         h('h3', 'The export'),
         h('ul.made-list', row.element),
-        h(
-          'p.muted.small',
-          'You can close this dialog. The export continues and is listed under ',
-          h('a', { href: '#/files', onclick: close }, 'Files'),
-          '.',
-        ),
+        h('p.muted.small', fileHint, h('a', { href: '#/files', onclick: close }, 'Files'), '.'),
       );
       result.scrollIntoView({ block: 'nearest' });
       void follow(output);
@@ -219,6 +224,13 @@ export function exportDialog({ app, data, close, signal }) {
     }
   }
 
+  /** @param {Output} output */
+  function show(output) {
+    shownOutput = output;
+    createdFile?.row.show(output);
+    setText(fileHint, isActive(output) ? 'You can close this dialog. The export continues and is listed under ' : 'It is listed under ');
+  }
+
   /** Poll the export: the event stream is faster, but may be down. @param {Output} output */
   async function follow(output) {
     while (isActive(output) && createdFile?.id === output.id) {
@@ -227,7 +239,7 @@ export function exportDialog({ app, data, close, signal }) {
       try {
         const { id } = output;
         output = await app.load(() => api.output(id, { signal }), putOutput);
-        if (store.get().outputs === null) createdFile?.row.show(output);
+        if (store.get().outputs === null) show(output);
       } catch (thrown) {
         if (signal.aborted || (thrown instanceof ApiError && thrown.status === 404)) return;
       }
@@ -298,10 +310,7 @@ export function exportDialog({ app, data, close, signal }) {
     update(state) {
       runs.update(state);
       const now = createdFile && state.outputs?.find(({ id }) => id === createdFile?.id);
-      if (createdFile && now && now !== shownOutput) {
-        shownOutput = now;
-        createdFile.row.show(now);
-      }
+      if (createdFile && now && now !== shownOutput) show(now);
     },
   };
 }

@@ -2,6 +2,7 @@
 /** Import a file of another tool onto a video: as corrections, as ground truth or as a run. */
 
 import { ApiError, errorMessage } from '../../api/errors.js';
+import { namedSwitches } from '../../model/exchange.js';
 import { parseLabelMap } from '../../model/label_mapping.js';
 import { formatRoute } from '../../model/route.js';
 import { putRun } from '../../store/actions/page.js';
@@ -205,6 +206,8 @@ export function importDialog({ app, data, close, signal }) {
         return;
       }
       refusalElement.hidden = false;
+      // the switches of a format appear when it is chosen
+      const options = formatSelect.value ? [] : namedSwitches(errorMessage(thrown), formats).map((name) => `“${switchLabel(name)}”`);
       fill(
         refusalElement,
         icon('alert'),
@@ -216,6 +219,7 @@ export function importDialog({ app, data, close, signal }) {
               'The import failed',
           ),
           h('p', errorMessage(thrown)),
+          options.length > 0 && h('p', `To set ${options.join(' or ')}, choose the format of the file above.`),
         ),
       );
       refusalElement.scrollIntoView({ block: 'nearest' });

@@ -27,7 +27,8 @@ export function labelHistoryDialog({ app, data, close, signal }) {
               h('span', { dir: 'auto' }, version.sentence),
               h(
                 'span.muted.small',
-                version.created === null
+                // the first change stores the shipped version too, at that time and without an author
+                version.created === null || version.author === ''
                   ? `Version ${version.version}, as shipped with tsr`
                   : `Version ${version.version} · ${version.author} · ${moment(version.created)}`,
               ),

@@ -4,6 +4,7 @@
 import { errorMessage } from '../../api/errors.js';
 import { NO_CLASS } from '../../model/documents.js';
 import { labelAt, labelOf } from '../../model/effective.js';
+import { toScreen } from '../../model/geometry.js';
 import { labelFinder } from '../../model/label_finder.js';
 import { labelName, offeredLabels, resolveLabelId } from '../../model/labels.js';
 import { documentLane, lastVotes } from '../../model/track_lane.js';
@@ -59,15 +60,18 @@ export function isAlreadySet(doc, frame, class_id) {
 }
 
 /**
- * The side of the screen on which the dialog does not cover the sign.
+ * The side of the window on which the dialog does not cover the sign.
  *
  * @param {import('../../state-types.js').ReviewState|null} review
  * @param {import('../../types.js').Box|null} box
+ * @param {{left: number, width: number, height: number}|undefined} stage   the picture in the window
+ * @param {number} windowWidth
  * @returns {'left'|'right'|undefined}
  */
-export function sideBesideBox(review, box) {
-  if (!review || !box) return undefined;
-  return (box[0] + box[2]) / 2 < review.viewport.x ? 'right' : 'left';
+export function sideBesideBox(review, box, stage, windowWidth) {
+  if (!review || !box || !stage) return undefined;
+  const [x] = toScreen(review.viewport, stage, (box[0] + box[2]) / 2, 0);
+  return stage.left + x < windowWidth / 2 ? 'right' : 'left';
 }
 
 /**
@@ -235,7 +239,12 @@ export function relabelDialog({ app, data, close, signal }) {
   offerLabels();
   picker.reveal();
   return {
-    side: sideBesideBox(review, draft?.box ?? (review && key ? shownTrack(review, key)?.box : null) ?? null),
+    side: sideBesideBox(
+      review,
+      draft?.box ?? (review && key ? shownTrack(review, key)?.box : null) ?? null,
+      document.querySelector('.picture-stage')?.getBoundingClientRect(),
+      innerWidth,
+    ),
     title: key ? `Relabel track ${trackName(key, review?.docs[key])}` : 'Label of the new track',
     size: 'middle',
     focus: picker.search,

@@ -4,7 +4,6 @@
 import { lastIndexAt } from '../../model/detail_columns.js';
 import { engineName, labelFor } from '../../model/labels.js';
 import { shortNumber } from '../../model/describe_events.js';
-import { isLoaded } from '../../model/track_lane.js';
 import { seek } from '../../store/actions/review.js';
 import { h, setAttribute, setText } from '../dom.js';
 import { figure, percent, plural } from '../../model/format.js';
@@ -79,12 +78,7 @@ export function createCrops(app, signal) {
       current = inspected;
       scroller.hidden = lane === null;
       if (lane === null) {
-        setText(
-          total,
-          isLoaded(inspected.entry.key, review.docs[inspected.entry.key], review.laneOf)
-            ? 'none: the engine has no frame of this track'
-            : 'loading…',
-        );
+        setText(total, inspected.isLoaded ? 'none: the engine has no frame of this track' : 'loading…');
         return;
       }
       if (hasChanged) {

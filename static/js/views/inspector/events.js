@@ -19,6 +19,7 @@ export function createEvents(app) {
   /** @type {Set<string>} */ let unfolded = new Set();
   let showsAll = false;
   let frame = 0;
+  /** null: nothing is shown yet @type {boolean|null} */ let isLoaded = null;
   list.addEventListener('click', (event) => {
     const button = /** @type {HTMLElement} */ (event.target).closest('button');
     if (button?.dataset.frame) app.store.dispatch(seek, Number(button.dataset.frame));
@@ -58,14 +59,16 @@ export function createEvents(app) {
       },
     );
     more.hidden = showsAll || stretches.length <= MAX_SHOWN;
-    setText(total, stretches.length > MAX_SHOWN && !showsAll ? `${MAX_SHOWN} of ${count(stretches.length)}` : count(stretches.length));
+    if (!isLoaded) setText(total, 'loading…');
+    else setText(total, stretches.length > MAX_SHOWN && !showsAll ? `${MAX_SHOWN} of ${count(stretches.length)}` : count(stretches.length));
   }
 
   return {
     element: h('div.inspector-section', h('div.row', h('h3', 'Events'), total, h('span.grow'), more), list),
     /** @param {import('./index.js').Inspected} inspected */
     update(inspected) {
-      if (inspected.lane === lane && inspected.review.frame === frame) return;
+      if (inspected.lane === lane && inspected.review.frame === frame && inspected.isLoaded === isLoaded) return;
+      isLoaded = inspected.isLoaded;
       if (inspected.lane !== lane) {
         lane = inspected.lane;
         stretches = groupEvents(inspected.sentences);

@@ -70,7 +70,7 @@ export function createExplain(app, signal) {
             verdict && describeSymmetry(lane, at),
             readAs(inspected, at),
           ]
-        : ['The track has no box of the engine in this frame.'];
+        : [inspected.isLoaded ? 'The track has no box of the engine in this frame.' : 'The values of the engine are loading…'];
       const lines = personText === null ? engineLines : [personText, hasBox ? 'The engine’s result here:' : null, ...engineLines];
       // events that the verdict already mentions are not repeated
       const events = inspected.sentences.filter(

@@ -2,7 +2,7 @@
 /** Inspector of the selected track: label and certainty, the engine's results frame by frame, and notes. */
 
 import { trackEntries } from '../../model/track_entries.js';
-import { documentLane, sentencesOfTrack } from '../../model/track_lane.js';
+import { documentLane, isLoaded, sentencesOfTrack } from '../../model/track_lane.js';
 import { h } from '../dom.js';
 import { createAttributes } from './attributes.js';
 import { createCrops } from './crops.js';
@@ -77,6 +77,7 @@ export function createInspector(app) {
           entry,
           laneData: laneData,
           lane: laneData?.lane ?? null,
+          isLoaded: isLoaded(entry.key, review.docs[entry.key], review.laneOf),
           sentences,
           doc: review.docs[entry.key] ?? null,
         });
@@ -93,6 +94,7 @@ export function createInspector(app) {
  * @property {import('../../model/track_entries.js').TrackEntry} entry
  * @property {import('../../model/track_lane.js').DocumentLane|null} laneData       null: not loaded, or the engine has no values
  * @property {import('../../types.js').TrackLane|null} lane                         of `laneData`
+ * @property {boolean} isLoaded                                                     without it, nothing is known yet of the engine's frames
  * @property {readonly import('../../model/describe_events.js').Sentence[]} sentences   events of the lane's track
  * @property {import('../../types.js').TrackDoc|null} doc                           null: nobody has changed it
  */
