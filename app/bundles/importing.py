@@ -180,7 +180,7 @@ class BundleImports:
         with path.open("rb") as stream:
             if not stream.read(4).startswith(b"PK"):
                 raise _refused(
-                    f"{path.name} is not a ZIP archive. Choose a file made by 'tsr bundle' or *Report a bug*."
+                    f"{path.name} is not a ZIP archive. Choose a file made by 'tsr bundle' or by 'Report a bug'."
                 )
         limits = Limits(
             self._settings.worker_memory_mb, computing=_COMPUTING, wall=_WALL, writable=(folder,), nice=NICE

@@ -324,7 +324,7 @@ def test_invalid_bodies_are_refused(server: Server) -> None:
     assert server.client.post("/api/bundles", content=b"").status_code == 422
     answer = server.client.post("/api/bundles", content=b"hello")
     assert (answer.status_code, answer.json()["error"]["code"]) == (422, "bad_bundle")
-    assert "bundle.zip" in answer.json()["error"]["message"]
+    assert "bundle.zip is not a ZIP archive. Choose a file made by 'tsr bundle' or by 'Report a bug'." in answer.text
     for name in ("work", "sent", "bundle"):
         assert server.client.post("/api/bundles", params={"name": name}, content=b"hello").status_code == 422
     named = server.client.post("/api/bundles", params={"name": "wet/road (2).zip"}, content=b"hello")
