@@ -172,7 +172,8 @@ def test_frames_that_cannot_be_assigned_are_refused_in_the_words_of_the_fields(p
     const { assignDialog } = await load('dialogs/assign.js');
     const requests = [];
     const state = { videos: [{ id: 'v', name: 'drive.mp4', frames: 300 }], assignments: [] };
-    const app = stub(state, { people: async () => [worker('Anna')], assign: async (request) => (requests.push(request), []) });
+    const assign = async (request) => (requests.push(request), []);
+    const app = stub(state, { people: async () => [worker('Anna')], assign });
     const dialog = assignDialog({ app, data: { video: 'v' }, close: () => {}, signal });
     const fields = dialog.body.querySelectorAll('input');
     const told = [];
