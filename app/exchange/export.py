@@ -93,13 +93,12 @@ def check_request(request: ExportRequest) -> Format:
 
     Raises:
         UsageError: an unknown format or option, an empty range, or shares that are all 0.
-        ExportError: the format can only be imported, or needs pictures.
+        ExportError: the format can only be imported, needs pictures or has none.
     """
     chosen = format_named(request.format)
     if chosen.write is None:
         raise ExportError(f"{chosen.title} can be imported, not exported. Choose another format.")
-    if chosen.needs_pictures and request.pictures == "none":
-        raise ExportError(f"{chosen.title} consists of pictures. Export with pictures of the annotated frames.")
+    chosen.check_pictures(request.pictures)
     complete_switches(chosen, dict(request.switches), reading=False)
     if request.labels is not None and request.classes is not None:
         raise UsageError("'labels' and 'classes' choose the same thing. Give only one of them.")

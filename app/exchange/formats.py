@@ -27,6 +27,7 @@ class FormatView(Model):
     can_export: bool
     can_import: bool
     needs_pictures: bool
+    allows_pictures: bool
     ignores: bool
     """It can mark regions to ignore."""
     key_frames: bool

@@ -138,7 +138,7 @@ def test_an_impossible_split_shows_the_reason_and_the_choice_is_remembered(page:
     expect(dialog.get_by_label("Validation", exact=True)).to_have_value("30")
 
 
-def test_a_format_that_consists_of_pictures_leaves_the_choice_of_the_others(page: Page, review: ImportedRun) -> None:
+def test_what_a_format_allows_of_pictures_leaves_the_choice_of_the_others(page: Page, review: ImportedRun) -> None:
     _review(page, review)
     page.get_by_role("button", name="Export annotations").click()
     dialog = page.get_by_role("dialog")
@@ -150,6 +150,14 @@ def test_a_format_that_consists_of_pictures_leaves_the_choice_of_the_others(page
     expect(dialog.get_by_label("Annotated frames")).to_be_checked()
     formats.select_option("label-studio")
     expect(none).to_be_checked()
+    # and so does one without pictures
+    formats.select_option("coco")
+    dialog.get_by_label("All frames").check()
+    formats.select_option("tracks-csv")
+    expect(none).to_be_checked()
+    expect(dialog.get_by_label("All frames")).to_be_disabled()
+    formats.select_option("coco")
+    expect(dialog.get_by_label("All frames")).to_be_checked()
 
 
 def test_ground_truth_imported_from_the_library_is_shown(page: Page, review: ImportedRun) -> None:

@@ -70,10 +70,12 @@ def test_pictures_of_annotated_frames(tmp_path: Path, clip: Path, format: str, p
     assert every.counts["pictures"] == 30
 
 
-def test_label_studio_shows_the_video_itself(tmp_path: Path, clip: Path) -> None:
+@pytest.mark.parametrize("format", ["label-studio", "tracks-csv", "tracks-json"])
+def test_formats_without_pictures(tmp_path: Path, clip: Path, format: str) -> None:
     data = Dataset(GTSRB, (_video(clip, _small("m1", [3])),))
-    with pytest.raises(ExportError, match="Export without pictures"):
-        export_dataset(data, FORMATS["label-studio"], tmp_path / "o", ExportOptions(pictures="all"), zipped=False)
+    with pytest.raises(ExportError, match=r"has no pictures\. Export without pictures\."):
+        export_dataset(data, FORMATS[format], tmp_path / "o", ExportOptions(pictures="all"), zipped=False)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_video_without_a_file(tmp_path: Path) -> None:

@@ -61,8 +61,7 @@ def export_dataset(
     write = format.write
     if write is None:
         raise ExportError(f"{format.title} can only be imported. Choose another format.")
-    if format.needs_pictures and options.pictures == "none":
-        raise ExportError(f"{format.title} consists of pictures. Export with pictures.")
+    format.check_pictures(options.pictures)
     options = replace(options, switches=complete_switches(format, dict(options.switches), reading=False))
     _check_target(out, zipped)
     dataset = resolve_merged_labels(dataset)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from tsr_engine.errors import ExportError
 from tsr_engine.exchange.dataset import Dataset, DatasetVideo, Skipped
 from tsr_engine.exchange.output_sink import OutputSink
 from tsr_engine.exchange.small_file_store import SmallFileStore
@@ -136,6 +137,7 @@ class Format:
         export_switches: the writer's options.
         import_switches: the reader's options; ``BAD_BOXES`` is added.
         needs_pictures: whether an export must have pictures (crop folders).
+        allows_pictures: whether an export may have pictures.
         key_frames: whether the writer marks key frames; ``ExportOptions.thin_px`` decides how many there are.
         attributes: attributes that the format holds: ``all``, those of whole ``tracks``, or ``none``.
         ignores: whether it marks boxes to ignore; if not, they are left out.
@@ -151,6 +153,7 @@ class Format:
     export_switches: tuple[Switch, ...] = ()
     import_switches: tuple[Switch, ...] = ()
     needs_pictures: bool = False
+    allows_pictures: bool = True
     key_frames: bool = False
     attributes: Literal["all", "tracks", "none"] = "all"
     ignores: bool = True
@@ -159,3 +162,14 @@ class Format:
     def __post_init__(self) -> None:
         if self.read is not None:
             object.__setattr__(self, "import_switches", (*self.import_switches, BAD_BOXES))
+
+    def check_pictures(self, pictures: str) -> None:
+        """Check whether an export may have these pictures; see ``ExportOptions.pictures``.
+
+        Raises:
+            ExportError: the format consists of pictures, or has none.
+        """
+        if self.needs_pictures and pictures == "none":
+            raise ExportError(f"{self.title} consists of pictures. Export with pictures of the annotated frames.")
+        if not self.allows_pictures and pictures != "none":
+            raise ExportError(f"{self.title} has no pictures. Export without pictures.")

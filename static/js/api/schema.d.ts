@@ -707,6 +707,7 @@ export interface components {
             can_export: boolean;
             can_import: boolean;
             needs_pictures: boolean;
+            allows_pictures: boolean;
             /** @description It can mark regions to ignore. */
             ignores: boolean;
             /** @description It marks key frames, so that the limit of thinning matters. */

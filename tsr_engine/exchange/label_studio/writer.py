@@ -28,8 +28,6 @@ _DECIMALS = 6
 
 
 def _write(dataset: Dataset, out: OutputSink, options: ExportOptions) -> Written:
-    if options.pictures != "none":
-        raise ExportError("Label Studio shows the video itself. Export without pictures.")
     for video in dataset.videos:
         _constant_rate(video)
     dataset, ignored = without_ignored(dataset)
@@ -166,6 +164,7 @@ FORMAT = Format(
         Switch("as", ("predictions", "annotations"), "Predictions to accept one by one, or finished annotations."),
     ),
     import_switches=(TASK_SWITCH,),
+    allows_pictures=False,
     key_frames=True,
     attributes="tracks",
     ignores=False,

@@ -147,5 +147,6 @@ FORMAT = Format(
         Switch("formulas", ("plain", "quoted"), "Quote cells that a spreadsheet would take for formulas."),
     ),
     import_switches=(FIRST_FRAME_SWITCH, TASK_SWITCH, LINK_SWITCH),
+    allows_pictures=False,
     docs="tracks-csv.md",
 )

@@ -100,5 +100,6 @@ FORMAT = Format(
     read=read_tracks_json,
     sniff=sniff_tracks_json,
     import_switches=(FIRST_FRAME_SWITCH, TASK_SWITCH, SIZE_SWITCH, LINK_SWITCH),
+    allows_pictures=False,
     docs="tracks-json.md",
 )

@@ -39,6 +39,17 @@ const PICTURES = /** @type {const} */ ([
   ['all', 'All frames', 'A picture of every frame.'],
 ]);
 
+/**
+ * The choices of pictures that a format allows.
+ *
+ * @param {import('../../types.js').Format|undefined} format
+ * @returns {readonly (typeof PICTURES)[number][0][]}
+ */
+function picturesOf(format) {
+  if (format?.needs_pictures) return ['annotated', 'all'];
+  return format?.allows_pictures === false ? ['none'] : ['none', 'annotated', 'all'];
+}
+
 /** @type {import('./index.js').CreateDialog<'export'>} */
 export function exportDialog({ app, data, close, signal }) {
   const { store, api } = app;
@@ -63,7 +74,7 @@ export function exportDialog({ app, data, close, signal }) {
   const formatSelect = h('select.select', { id: 'export-format', onchange: () => showFormat() });
   const summary = h('p.muted.small', { id: 'export-format-summary' });
   const switches = h('div.stack');
-  /** As a person chose. A format that consists of pictures takes those of the annotated frames in place of none. */
+  /** As a person chose; the format may not allow it. */
   let chosenPictures = initial.pictures;
   const pictures = PICTURES.map(([value, label, title]) =>
     choiceInput('radio', { name: 'export-pictures', value, title, onchange: () => choosePictures(value) }, label),
@@ -172,10 +183,12 @@ export function exportDialog({ app, data, close, signal }) {
     const selectedFormat = findSelectedFormat();
     maxErrorField.hidden = selectedFormat?.key_frames !== true;
     labels.allowIgnore(selectedFormat?.ignores === true);
-    const needsPictures = selectedFormat?.needs_pictures === true;
-    pictures[0].input.disabled = needsPictures;
-    for (const { input } of pictures)
-      input.checked = input.value === (needsPictures && chosenPictures === 'none' ? 'annotated' : chosenPictures);
+    const possiblePictures = picturesOf(selectedFormat);
+    const shownPictures = possiblePictures.includes(chosenPictures) ? chosenPictures : possiblePictures[0];
+    for (const { input } of pictures) {
+      input.disabled = !possiblePictures.some((value) => value === input.value);
+      input.checked = input.value === shownPictures;
+    }
     const parsed = read();
     setText(errorText, 'error' in parsed ? parsed.error : '');
     submitButton.disabled = 'error' in parsed;
