@@ -88,7 +88,7 @@ def check(
 
 
 def _reviewed(videos: list[str], home: Path | None) -> list[ReviewedDrive]:
-    """The reviewed drives of the names; without names, of each video of the data folder the newest run with edits.
+    """The reviewed drives of the names; without names, the newest run with edits of each video of the data folder.
 
     Imported runs count only for a video of which no run of the engine has edits.
     """

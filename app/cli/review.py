@@ -49,8 +49,10 @@ def review(
       tsr review --root /data/drives --port 9000 --no-browser
     """
     allowed = list(roots or [])
-    named = [(folder, "folder of videos") for folder in allowed]
-    for folder, what in [*named, (models, "folder of models")] if models is not None else named:
+    folders = [(root, "folder of videos") for root in allowed]
+    if models is not None:
+        folders.append((models, "folder of models"))
+    for folder, what in folders:
         if not existing(folder, what).is_dir():
             raise InputError(f"Expected a {what}, but {folder} is a file. Name the folder that it lies in.")
     if video is not None:

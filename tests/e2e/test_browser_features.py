@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("playwright.sync_api")
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Request, expect
 
 from tests.e2e.browsers import WINDOW
 from tests.e2e.review_session import ReviewSession, open_address, select_track, wait_for, wait_until_drawn
@@ -53,8 +53,13 @@ def test_a_defect_of_the_page_is_not_silent(review: ReviewSession, defect: str) 
 def test_a_visit_requests_each_list_once(review: ReviewSession) -> None:
     page = review.page(shared=True)
     requested: Counter[str] = Counter()
-    page.on("request", lambda request: requested.update([request.url.removeprefix(f"{review.server.base}/api/")]))
+
+    def count(request: Request) -> None:
+        requested.update([request.url.removeprefix(f"{review.server.base}/api/")])
+
+    page.on("request", count)
     page.reload()
     page.wait_for_function("() => globalThis.tsr?.store.get().models !== null && tsr.store.get().outputs !== null")
+    page.remove_listener("request", count)  # later tests use the same page
     lists = ("session", "labels", "parameters", "videos", "outputs", "models")
     assert {name: requested[name] for name in lists} == dict.fromkeys(lists, 1)

@@ -100,6 +100,23 @@ export function parseNumber(text, { name, low, high, whole = false, empty }) {
 }
 
 /**
+ * Parse the first and the last frame that the user typed.
+ *
+ * @param {string} firstText
+ * @param {string} lastText
+ * @param {{low: number, high: number}} limits   inclusive
+ * @returns {{first: number, stop: number}|{error: string}}
+ */
+export function parseFrames(firstText, lastText, limits) {
+  const first = parseNumber(firstText, { name: 'The first frame', ...limits, whole: true });
+  if ('error' in first) return first;
+  const last = parseNumber(lastText, { name: 'The last frame', ...limits, whole: true });
+  if ('error' in last) return last;
+  const range = { first: Number(first.value), stop: Number(last.value) + 1 };
+  return range.stop > range.first ? range : { error: 'The last frame comes before the first.' };
+}
+
+/**
  * @typedef {object} ExportCounts   the amount that is exported
  * @property {number} tracks
  * @property {number} boxes       upper bound

@@ -2,7 +2,7 @@
 /** Assign a video, or some of its frames, to a person, and change or remove assignments. */
 
 import { errorMessage } from '../../api/errors.js';
-import { parseNumber } from '../../model/exchange.js';
+import { parseFrames } from '../../model/exchange.js';
 import { assignedFrames, STATES } from '../../model/team.js';
 import { dropAssignment, putAssignment } from '../../store/actions/team.js';
 import { fill, h, setText } from '../dom.js';
@@ -63,20 +63,15 @@ export function assignDialog({ app, data, close, signal }) {
 
   async function submit() {
     const frames = video?.frames ?? null;
-    const range = { low: 0, high: frames === null ? 2 ** 31 - 2 : frames - 1, whole: true };
-    const first = parseNumber(firstInput.value, { name: 'The first frame', ...range });
-    if ('error' in first) return setText(errorText, first.error);
-    const last = parseNumber(lastInput.value, { name: 'The last frame', ...range });
-    if ('error' in last) return setText(errorText, last.error);
-    const [firstFrame, lastFrame] = [Number(first.value), Number(last.value)];
-    if (lastFrame < firstFrame) return setText(errorText, 'The last frame comes before the first.');
+    const range = parseFrames(firstInput.value, lastInput.value, { low: 0, high: frames === null ? 2 ** 31 - 2 : frames - 1 });
+    if ('error' in range) return setText(errorText, range.error);
     try {
       const created = await api.assign(
         {
           videos: [data.video],
           person: personSelect.value,
-          first: firstFrame,
-          stop: frames !== null && lastFrame === frames - 1 ? null : lastFrame + 1,
+          first: range.first,
+          stop: range.stop === frames ? null : range.stop,
           comment: comment.value.trim(),
         },
         { signal },

@@ -3,7 +3,7 @@
 
 import { docOf } from '../../editing/revisions.js';
 import { shownSpan } from '../../model/effective.js';
-import { parseNumber } from '../../model/exchange.js';
+import { parseFrames } from '../../model/exchange.js';
 import { trackName } from '../../model/track_name.js';
 import { h, setText } from '../dom.js';
 import { plural } from '../../model/format.js';
@@ -62,14 +62,10 @@ export function createFrameRange(review, { id, initialLength, maxLength, onChang
 
   /** @returns {{first: number, stop: number}|{error: string}} */
   function value() {
-    const firstFrame = parseNumber(firstInput.value, { name: 'The first frame', low: first, high: last, whole: true });
-    if ('error' in firstFrame) return firstFrame;
-    const lastFrame = parseNumber(lastInput.value, { name: 'The last frame', low: first, high: last, whole: true });
-    if ('error' in lastFrame) return lastFrame;
-    const frames = Number(lastFrame.value) - Number(firstFrame.value) + 1;
-    if (frames < 1) return { error: 'The last frame comes before the first.' };
-    if (frames > maxLength) return { error: `${plural(frames, 'frame')} are too many; at most ${maxLength} are allowed.` };
-    return { first: Number(firstFrame.value), stop: Number(lastFrame.value) + 1 };
+    const range = parseFrames(firstInput.value, lastInput.value, { low: first, high: last });
+    if ('error' in range) return range;
+    const frames = range.stop - range.first;
+    return frames > maxLength ? { error: `${plural(frames, 'frame')} are too many; at most ${maxLength} are allowed.` } : range;
   }
 
   function validate() {
